@@ -1,0 +1,3 @@
+from acf_jax.cli.main import main
+
+main()

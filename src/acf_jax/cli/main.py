@@ -1,0 +1,41 @@
+"""`python -m acf_jax`: one command a file in this folder, imported only when it is called."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import click
+
+from acf_jax import __version__
+from acf_jax.errors import InputError
+
+
+class CommandFolder(click.Group):
+    """The commands are the modules beside this one that have a `command`; a new file is a new command."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        files = Path(__file__).parent.glob("*.py")
+        return sorted(f.stem for f in files if f.stem not in ("__init__", "main") and f.stem[0] != "_")
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name not in self.list_commands(context):
+            return None
+        module = importlib.import_module(f"acf_jax.cli.{name}")
+        command: click.Command = module.command
+        return command
+
+
+@click.group(cls=CommandFolder, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="acf-jax")
+def commands() -> None:
+    """Peak contact force of an active contact flange: model, surrogate and gap diagnosis."""
+
+
+def main() -> None:
+    """Run the command line; faults of the user's input end with exit code 2."""
+    try:
+        commands(prog_name="python -m acf_jax")
+    except InputError as error:
+        for fault in error.faults:
+            print(f"error: {fault}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,14 @@
+"""The one error that a user's input can cause."""
+
+from collections.abc import Sequence
+
+
+class InputError(ValueError):
+    """Faults of one input, listed together; the command line prints them and exits with code 2.
+
+    Each fault names the file, the row or key, and the remedy.
+    """
+
+    def __init__(self, faults: Sequence[str] | str):
+        self.faults = [faults] if isinstance(faults, str) else list(faults)
+        super().__init__("\n".join(self.faults))
