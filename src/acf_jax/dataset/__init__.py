@@ -1,0 +1,10 @@
+"""Gap data sets: reading them, and judging their quality before anything is fitted."""
+
+from acf_jax.dataset.read import read_conditions as read_conditions
+from acf_jax.dataset.read import read_dataset as read_dataset
+from acf_jax.dataset.trials import GapDataset as GapDataset
+from acf_jax.dataset.trials import Measurement as Measurement
+from acf_jax.dataset.trials import Prior as Prior
+from acf_jax.dataset.trials import RigPrior as RigPrior
+from acf_jax.dataset.trials import Trace as Trace
+from acf_jax.dataset.trials import Trial as Trial

@@ -1,0 +1,197 @@
+"""Read a gap data set from its folder, or reject it with all its faults at once."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from acf_jax.dataset import units
+from acf_jax.dataset.description import read_description
+from acf_jax.dataset.table import Row, Table, read_table, shown
+from acf_jax.dataset.trials import Array, GapDataset, Measurement, RigPrior, Trace, Trial
+from acf_jax.errors import InputError
+from acf_jax.files import inside
+
+_CONDITION = ("trial", "contact_velocity_m_per_s", "pretension_n")
+_RESULT = ("peak_force_n", "trace")
+_SAFE_NAME = re.compile(r"\w([\w .+-]{0,98}\w)?", re.ASCII)
+
+
+def read_dataset(folder: str | Path) -> GapDataset:
+    """Read the data set in `folder`: dataset.yaml, trials.csv and the traces listed there, nothing else.
+
+    Raises `InputError` that lists every fault of the data set with file, row or key, and remedy.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; name a folder with dataset.yaml and trials.csv")
+    faults: list[str] = []
+    description, rig, measurement = "", units.TYPICAL_RIG, Measurement()
+    try:
+        description, rig, measurement = read_description(_inside(folder, "dataset.yaml"))
+    except InputError as error:
+        faults += error.faults
+    trials = _read_trials(folder, rig, faults)
+    if faults:
+        raise InputError(faults)
+    return GapDataset(folder, description, rig, measurement, tuple(trials))
+
+
+def read_conditions(path: str | Path) -> tuple[Trial, ...]:
+    """Read the conditions to predict: trials with neither peak nor trace, named as files can be named.
+
+    Raises `InputError` that lists every fault of the file.
+    """
+    table = read_table(Path(path), _CONDITION)
+    trials: list[Trial] = []
+    if not table.faults:
+        rows = [(row, _trial(table, row)) for row in table.rows]
+        _check_names(table, [(row, trial.name.casefold()) for row, trial in rows if trial])
+        for row, trial in rows:
+            if trial and not _SAFE_NAME.fullmatch(trial.name):
+                what = f"trial {shown(trial.name)} cannot name a file; use letters, digits, '_', '-' and '.'"
+                table.fault(f"row {row.number}", what)
+        trials = [trial for _, trial in rows if trial]
+        if not table.rows:
+            table.fault("", "has no rows; list at least one condition")
+        if fault := units.pretension_column_fault([t.pretension for t in trials]):
+            table.fault("", fault)
+    if table.faults:
+        raise InputError(table.shown_faults())
+    return tuple(trials)
+
+
+def _inside(folder: Path, relative: str) -> Path:
+    """`folder / relative`, as written, once it is known not to leave the folder."""
+    try:
+        inside(folder, relative)
+    except InputError:
+        raise
+    except (OSError, ValueError, RuntimeError):  # a name too long, a NUL, a loop of links
+        raise InputError(f"{shown(relative)} is not a path; name a file in {folder}") from None
+    return folder / relative
+
+
+def _read_trials(folder: Path, rig: RigPrior, faults: list[str]) -> list[Trial]:
+    """The trials of trials.csv with their traces; what is wrong with them is added to `faults`."""
+    try:
+        table = read_table(_inside(folder, "trials.csv"), _CONDITION)
+    except InputError as error:
+        faults += error.faults
+        return []
+    if not all(column in table.columns for column in _CONDITION):
+        faults += table.shown_faults()
+        return []
+    if not any(column in table.columns for column in _RESULT):
+        table.fault("", "columns 'peak_force_n' and 'trace' are both missing; add at least one")
+    if len(table.rows) < 3:
+        table.fault("", f"lists {len(table.rows)} trials; a diagnosis needs at least 3")
+    rows = [(row, _trial(table, row)) for row in table.rows]
+    _check_names(table, [(row, row.cells["trial"]) for row in table.rows])
+    trials = [trial for _, trial in rows if trial]
+    for fault in (
+        units.pretension_column_fault([t.pretension for t in trials]),
+        units.peak_column_fault(rig, trials),
+    ):
+        if fault:
+            table.fault("", fault)
+    traces, of_traces = _read_traces(table, rows, rig)
+    faults += table.shown_faults() + of_traces
+    return [replace(trial, trace=traces.get(row.number)) for row, trial in rows if trial]
+
+
+def _trial(table: Table, row: Row) -> Trial | None:
+    """The trial of one row, without its trace; None, and faults, when a cell is wrong."""
+    name = row.cells["trial"]
+    where = f"row {row.number} (trial {shown(name)})"
+    if not name:
+        table.fault(f"row {row.number}", "trial is empty; give each trial a name of its own")
+    velocity = table.number(row, "contact_velocity_m_per_s", where)
+    pretension = table.number(row, "pretension_n", where)
+    peak = table.number(row, "peak_force_n", where) if row.cells.get("peak_force_n") else None
+    limits = (
+        ("contact_velocity_m_per_s", velocity, units.VELOCITY),
+        ("pretension_n", pretension, units.PRETENSION),
+    )
+    right = bool(name)
+    for column, value, limit in limits:
+        if value is not None and (fault := limit.fault(value)):
+            table.fault(where, f"{column} {fault}")
+            right = False
+    if not right or velocity is None or pretension is None:
+        return None
+    other = {key: cell for key, cell in row.cells.items() if key and key not in _CONDITION + _RESULT}
+    return Trial(name, velocity, pretension, peak, None, other)
+
+
+def _check_names(table: Table, names: list[tuple[Row, str]]) -> None:
+    first: dict[str, int] = {}
+    for row, name in names:
+        if name and name in first:
+            what = f"trial {shown(name)} is already in row {first[name]}; give each trial a name of its own"
+            table.fault(f"row {row.number}", what)
+        first.setdefault(name, row.number)
+
+
+def _read_traces(
+    table: Table, rows: list[tuple[Row, Trial | None]], rig: RigPrior
+) -> tuple[dict[int, Trace], list[str]]:
+    """The traces by row of trials.csv, and their faults; rows whose condition is faulty are looked at too."""
+    traces: dict[int, Trace] = {}
+    owners: dict[Path, int] = {}
+    faults: list[str] = []
+    for row, trial in rows:
+        relative = row.cells.get("trace", "")
+        where = f"row {row.number} (trial {shown(row.cells['trial'])})"
+        if not relative:
+            if not row.cells.get("peak_force_n") and any(column in table.columns for column in _RESULT):
+                table.fault(where, "has neither peak_force_n nor trace; fill one, or remove the row")
+            continue
+        try:
+            path = _inside(table.path.parent, relative)
+        except InputError as error:
+            table.fault(where, f"trace {error.faults[0]}")
+            continue
+        owner = owners.setdefault(path.resolve(), row.number)
+        if owner != row.number:
+            table.fault(where, f"trace is that of row {owner} already; give each trial its own trace")
+            continue
+        try:
+            expected = units.expected_peak(rig, trial) if trial else None
+            traces[row.number] = _read_trace(path, rig.impact_time, expected)
+        except InputError as error:
+            faults += error.faults
+    return traces, faults
+
+
+def _read_trace(path: Path, impact_time: float, expected: float | None) -> Trace:
+    """The trace in a file; `InputError` with its faults, judged against impact time, s, and peak, N."""
+    table = read_table(path, ("time_s", "force_n"))
+    if not table.faults and not table.rows:
+        table.fault("", "holds no samples; record the trace again, or leave the cell `trace` empty")
+    if "time_s" not in table.columns or "force_n" not in table.columns or not table.rows:
+        raise InputError(table.shown_faults())
+    samples = [(table.number(row, "time_s"), table.number(row, "force_n")) for row in table.rows]
+    if table.faults:
+        raise InputError(table.shown_faults())
+    time, force = np.array(samples, float).T
+    for index in np.flatnonzero(np.diff(time) <= 0.0):
+        what = f"time_s is {time[index + 1]:g} after {time[index]:g}; time must increase from row to row"
+        table.fault(f"row {table.rows[index + 1].number}", what)
+    trace = Trace(_frozen(time), _frozen(force))
+    if time.size < 3:
+        table.fault("", f"holds {time.size} samples; record the whole impact")
+    elif not table.faults:
+        of_time = units.time_fault(trace, impact_time)
+        of_force = units.force_fault(trace, expected) if expected else None
+        table.faults += [f"{path}: {fault}" for fault in (of_time, of_force) if fault]
+    if table.faults:
+        raise InputError(table.shown_faults())
+    return trace
+
+
+def _frozen(values: Array) -> Array:
+    values = np.ascontiguousarray(values)
+    values.flags.writeable = False
+    return values

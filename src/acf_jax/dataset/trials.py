@@ -1,0 +1,96 @@
+"""What a gap data set holds: the rig as known beforehand, how it was measured, and the trials."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A quantity known beforehand: a normal distribution, cut off at zero."""
+
+    value: float
+    std: float
+
+
+@dataclass(frozen=True)
+class RigPrior:
+    """The rig's parameters (paper, Eqs. 1 and 2) as known before the trials."""
+
+    m: Prior  # kg, moving mass
+    d: Prior  # N s/m, damping
+    k_f: Prior  # N/m, actuator stiffness
+    k_c: Prior  # N/m, contact stiffness
+
+    @property
+    def values(self) -> Array:
+        """Prior values of (m, d, k_f, k_c), shape (4,)."""
+        return np.array([self.m.value, self.d.value, self.k_f.value, self.k_c.value])
+
+    @property
+    def stds(self) -> Array:
+        """Prior standard deviations of (m, d, k_f, k_c), shape (4,)."""
+        return np.array([self.m.std, self.d.std, self.k_f.std, self.k_c.std])
+
+    @property
+    def impact_time(self) -> float:
+        """Half a period of the undamped oscillation, pi sqrt(m/(k_F + k_C)): how long an impact lasts, s."""
+        return float(np.pi * np.sqrt(self.m.value / (self.k_f.value + self.k_c.value)))
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """How the trials were measured."""
+
+    force_noise_std_n: float | None = None  # N, of one sample; None: to be estimated from the approach
+    contact_velocity_rel_std: float = 0.005  # spread of the true value about the commanded one
+    pretension_rel_std: float = 0.005
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Sensed force against time; first contact is at time 0."""
+
+    time: Array  # s, increasing, shape (N,)
+    force: Array  # N, shape (N,)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One impact: its condition, and the peak, the trace or both."""
+
+    name: str
+    contact_velocity: float  # m/s
+    pretension: float  # N
+    peak_force: float | None = None  # N, largest sample of the sensed force within the impact phase
+    trace: Trace | None = None
+    other: Mapping[str, str] = field(default_factory=dict)  # further columns of trials.csv, as written
+
+    @property
+    def condition(self) -> tuple[float, float]:
+        """Commanded contact velocity, m/s, and pretension, N."""
+        return self.contact_velocity, self.pretension
+
+
+@dataclass(frozen=True)
+class GapDataset:
+    """Impact trials of one rig, as read from a folder."""
+
+    folder: Path
+    description: str
+    rig: RigPrior
+    measurement: Measurement
+    trials: tuple[Trial, ...]
+
+    @property
+    def conditions(self) -> dict[tuple[float, float], tuple[int, ...]]:
+        """The trials (by index) of each commanded condition, in the order of their first appearance."""
+        groups: dict[tuple[float, float], tuple[int, ...]] = {}
+        for index, trial in enumerate(self.trials):
+            groups[trial.condition] = (*groups.get(trial.condition, ()), index)
+        return groups

@@ -1,0 +1,110 @@
+"""Limits beyond which a number is in the wrong unit, set far outside what a flange can be.
+
+The limits leave at least a factor of five around rigs seen in practice (0.5 to 10 kg, 1e4 to 1e6 N/m,
+0.01 to 1 m/s, up to 500 N), and still catch the usual slips: mm/s, ms, kN, N/mm, g, percent.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from acf_jax.dataset.trials import Prior, RigPrior, Trace, Trial
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The range that a quantity can lie in, and the likely slip on either side."""
+
+    unit: str
+    low: float
+    high: float
+    too_low: str = ""
+    too_high: str = ""
+
+    def fault(self, value: float) -> str | None:
+        """Why `value` cannot be right, with the remedy; None when it can."""
+        if not math.isfinite(value):
+            return f"must be a finite number, but is {value}; give it in {self.unit}"
+        if value < self.low:
+            hint = f"; {self.too_low}" if self.too_low and value > 0 else f"; give it in {self.unit}"
+            return f"must be at least {self.low:g} {self.unit}, but is {value:g}{hint}"
+        if value > self.high:
+            hint = f"; {self.too_high}" if self.too_high else f"; give it in {self.unit}"
+            return f"must be at most {self.high:g} {self.unit}, but is {value:g}{hint}"
+        return None
+
+
+MASS = Limit("kg", 0.02, 100.0, "if it is in tonnes, multiply by 1000", "if it is in g, divide by 1000")
+DAMPING = Limit("N s/m", 0.0, 1e5)
+ACTUATOR_STIFFNESS = Limit("N/m", 0.0, 1e7)
+CONTACT_STIFFNESS = Limit(
+    "N/m", 2e3, 1e9, "if it is in N/mm, multiply by 1000", "if it is in mN/m, divide by 1000"
+)
+VELOCITY = Limit("m/s", 1e-5, 5.0, "if it is in km/s, multiply by 1000", "if it is in mm/s, divide by 1000")
+PRETENSION = Limit("N", 0.0, 5e3, too_high="if it is in mN, divide by 1000")
+FORCE_NOISE = Limit("N", 1e-6, 1e3, too_high="if it is in mN, divide by 1000")
+RELATIVE_STD = Limit("(a share)", 1e-6, 0.25, too_high="if it is in percent, divide by 100")
+
+# Stands in for a rig whose description is faulty, so that the units of its traces are still judged.
+TYPICAL_RIG = RigPrior(Prior(4.0, 2.0), Prior(80.0, 80.0), Prior(5e3, 5e3), Prior(2e5, 1e5))
+
+_FAR = 100.0  # a factor that no rig's uncertainty explains, yet well below the 1000 of a wrong prefix
+
+
+def expected_peak(rig: RigPrior, trial: Trial) -> float:
+    """Peak of the undamped impact, sqrt(F_P^2 + k_C m v^2), at the rig's prior values, N."""
+    return math.sqrt(trial.pretension**2 + rig.k_c.value * rig.m.value * trial.contact_velocity**2)
+
+
+def time_fault(trace: Trace, impact_time: float) -> str | None:
+    """Why the column `time_s` cannot be in seconds from first contact; None when it can."""
+    time, step = trace.time, float(np.median(np.diff(trace.time)))
+    if step > 3.0 * impact_time:
+        return (
+            f"time_s advances by {step:g} s a sample, longer than a whole impact (about {impact_time:.2g} s);"
+            " if it is in ms, divide by 1000"
+        )
+    if time[-1] <= 0.0 or time[0] > impact_time:
+        return (
+            f"time_s runs from {time[0]:g} to {time[-1]:g} s and misses the impact that starts at 0;"
+            " shift it so that first contact is at 0"
+        )
+    if np.count_nonzero(time >= 0.0) < 3:
+        return "has fewer than 3 samples from time 0 on; record the whole impact"
+    return None
+
+
+def force_fault(trace: Trace, expected: float) -> str | None:
+    """Why the column `force_n` cannot be in newtons, against an expected peak in N; None when it can.
+
+    Only a clear signal is judged: a dead cable reads far too little as well, and is a faulty trial.
+    """
+    magnitude = np.sort(np.abs(trace.force))
+    typical = float(magnitude[-3])  # a spike of one or two samples is no unit
+    before = trace.force[trace.time < 0.0]
+    noise = 1.4826 * float(np.median(np.abs(before - np.median(before)))) if before.size else 0.0
+    if 0.0 < typical < expected / _FAR and typical > 20.0 * noise and typical < 2.0:
+        return f"force_n only reaches {typical:.3g} N, not about {expected:.3g} N; if in kN, multiply by 1000"
+    if typical > _FAR * expected and typical > 2e4:
+        return f"force_n reaches {typical:.3g} N, not about {expected:.3g} N; if in mN, divide by 1000"
+    return None
+
+
+def peak_column_fault(rig: RigPrior, trials: list[Trial]) -> str | None:
+    """Why the column `peak_force_n` as a whole cannot be in newtons; None when it can."""
+    ratios = [t.peak_force / expected_peak(rig, t) for t in trials if t.peak_force is not None]
+    middle = float(np.median(ratios)) if ratios else 1.0
+    if 0.0 < middle < 1.0 / _FAR:
+        return f"peak_force_n is about {1 / middle:.0f} times too small; if it is in kN, multiply by 1000"
+    if middle > _FAR:
+        return f"peak_force_n is about {middle:.0f} times too large; if it is in mN, divide by 1000"
+    return None
+
+
+def pretension_column_fault(values: list[float]) -> str | None:
+    """Why the column `pretension_n` as a whole cannot be in newtons; None when it can."""
+    largest = max(values, default=0.0)
+    if 0.0 < largest < 1.0:
+        return f"pretension_n is at most {largest:g} N in all rows; if it is in kN, multiply by 1000"
+    return None
