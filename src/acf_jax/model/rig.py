@@ -1,30 +1,84 @@
 """The rig's parameters and one impact, in the paper's symbols."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
+
+
+def _parameter(value: ArrayLike) -> Array:
+    """The value as a floating array; its own precision where it has one, JAX's default otherwise."""
+    array = jnp.asarray(value)
+    return array if jnp.issubdtype(array.dtype, jnp.floating) else array.astype(float)
+
+
+def _check_signs(owner: eqx.Module, positive: tuple[str, ...], not_negative: tuple[str, ...]) -> None:
+    """Raise `ValueError` that lists each field outside its range; traced values cannot be checked."""
+    faults = []
+    for name in positive + not_negative:
+        value = getattr(owner, name)
+        if isinstance(value, jax.core.Tracer):
+            continue
+        in_range = value > 0 if name in positive else value >= 0
+        if not (in_range & jnp.isfinite(value)).all():
+            range_ = "positive" if name in positive else "zero or positive"
+            shown = value if value.ndim == 0 else value[~(in_range & jnp.isfinite(value))][0]
+            faults.append(f"{type(owner).__name__}.{name} must be finite and {range_}, but is {shown:g}")
+    if faults:
+        raise ValueError("; ".join(faults) + "; give values in SI units (kg, N s/m, N/m, m/s, N)")
 
 
 class Rig(eqx.Module):
-    """An active contact flange on a robot, meeting a part (paper, Eqs. 1 and 2).
+    """An active contact flange on a robot, meeting a part: Eqs. (1) and (2) of the paper.
 
-    Raises `ValueError` when a value cannot be that of a rig. Fields may be batched by `jax.vmap`.
+    Fields are scalars; a leading axis, the same for all, makes a batch for `jax.vmap` or `find_peaks`.
+
+    **Raises:** `ValueError` when a concrete value cannot be that of a rig; traced values are not checked.
     """
 
-    m: Float[Array, ""]  # kg, moving mass of the flange, > 0
-    d: Float[Array, ""]  # N s/m, damping of the flange, >= 0
-    k_f: Float[Array, ""]  # N/m, stiffness of the actuator, >= 0
-    k_c: Float[Array, ""]  # N/m, stiffness of the contact, > 0
+    m: Float[Array, "*batch"]  # kg, moving mass of the flange, > 0
+    d: Float[Array, "*batch"]  # N s/m, damping of the flange, >= 0
+    k_f: Float[Array, "*batch"]  # N/m, stiffness of the actuator, >= 0
+    k_c: Float[Array, "*batch"]  # N/m, stiffness of the contact, > 0
 
-    def __init__(self, m: float, d: float, k_f: float, k_c: float):
-        self.m, self.d, self.k_f, self.k_c = (jnp.asarray(x, float) for x in (m, d, k_f, k_c))
+    def __init__(self, m: ArrayLike, d: ArrayLike, k_f: ArrayLike, k_c: ArrayLike):
+        self.m, self.d, self.k_f, self.k_c = map(_parameter, (m, d, k_f, k_c))
+
+    def __check_init__(self) -> None:
+        _check_signs(self, positive=("m", "k_c"), not_negative=("d", "k_f"))
+
+    @property
+    def k(self) -> Array:
+        """K = k_F + k_C, the stiffness the moving mass sees in contact, N/m (Eq. 3)."""
+        return self.k_f + self.k_c
+
+    @property
+    def omega(self) -> Array:
+        """omega = sqrt((k_F + k_C)/m), natural frequency in contact, rad/s (Eq. 4)."""
+        return jnp.sqrt(self.k / self.m)
+
+    @property
+    def delta(self) -> Array:
+        """delta = d/(2 m), decay rate, 1/s (Eq. 4)."""
+        return self.d / (2 * self.m)
+
+    @property
+    def zeta(self) -> Array:
+        """zeta = delta/omega, damping ratio: 1 is critical."""
+        return self.d / (2 * jnp.sqrt(self.m * self.k))
 
 
 class Impact(eqx.Module):
-    """How robot and part meet: contact velocity and pretension."""
+    """How robot and part meet: contact velocity and pretension.
 
-    v_e: Float[Array, ""]  # m/s, contact velocity, >= 0
-    f_p: Float[Array, ""]  # N, pretension F_P, >= 0
+    **Raises:** `ValueError` when a concrete value is negative or not finite; traced values are not checked.
+    """
 
-    def __init__(self, v_e: float, f_p: float):
-        self.v_e, self.f_p = jnp.asarray(v_e, float), jnp.asarray(f_p, float)
+    v_e: Float[Array, "*batch"]  # m/s, contact velocity, >= 0
+    f_p: Float[Array, "*batch"]  # N, pretension F_P, >= 0
+
+    def __init__(self, v_e: ArrayLike, f_p: ArrayLike):
+        self.v_e, self.f_p = _parameter(v_e), _parameter(f_p)
+
+    def __check_init__(self) -> None:
+        _check_signs(self, positive=(), not_negative=("v_e", "f_p"))
