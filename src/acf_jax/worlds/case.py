@@ -1,0 +1,130 @@
+"""A case: a data set with a hidden cause, and its answer."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from acf_jax.errors import InputError
+from acf_jax.worlds.distance import Tangents, distance, size_at_distance
+from acf_jax.worlds.interface import AbstractCause, AbstractWorld, Array, Impact, find_world
+from acf_jax.worlds.setup import Setup, draw_setup
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One recorded impact."""
+
+    name: str
+    commanded: Impact  # what its label says
+    time: Array  # s, shape (n,)
+    force: Array  # N, shape (n,), sensed
+    peak: float  # N, largest sample until contact is lost
+    fault: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a user would have, and what only the world knows."""
+
+    seed: int
+    world: str
+    setup: Setup
+    causes: dict[str, AbstractCause]
+    sizes: dict[str, float]
+    distance: float  # whitened, see `acf_jax.worlds.distance`
+    outside_library: bool
+    trials: tuple[Trial, ...]
+    held_out: tuple[Trial, ...]  # noise-free
+
+
+def make_case(
+    seed: int,
+    effects: Sequence[str] = (),
+    size: float | None = None,
+    target: float | None = None,
+    world: str = "scipy",
+    coloured: bool | None = None,
+) -> Case:
+    """Draw a rig, let the effects act on it and record a campaign; equal arguments make equal cases.
+
+    Arguments:
+        seed: of everything drawn.
+        effects: names of causes of the world; none at all for the paper's model.
+        size: of every effect, near 0 for its neutral limit and 1 for clear.
+        target: instead of `size`: the whitened distance that each effect shall have by itself.
+        world: name of the world.
+        coloured: whether the noise is coloured; drawn (a fifth of the cases) where absent.
+
+    Raises:
+        InputError: where the world or an effect of it does not exist.
+    """
+    engine = find_world(world)
+    known = engine.causes()
+    if strangers := sorted(set(effects) - set(known)):
+        raise InputError(f"world '{world}' has no cause {', '.join(strangers)}; it has {', '.join(known)}")
+    rng = np.random.default_rng(seed)
+    drawn = bool(rng.random() < 0.2)
+    setup = draw_setup(rng, drawn if coloured is None else coloured)
+    seeds = [int(s) for s in rng.integers(2**31, size=len(effects))]
+    tangents = Tangents(engine, setup) if effects else None
+    sizes = {
+        name: (1.0 if size is None else size)
+        if target is None
+        else size_at_distance(engine, setup, name, own, target, tangents)
+        for name, own in zip(effects, seeds, strict=True)
+    }
+    causes = {
+        name: engine.draw(name, own, setup.rig, sizes[name]) for name, own in zip(effects, seeds, strict=True)
+    }
+    return Case(
+        seed=seed,
+        world=world,
+        setup=setup,
+        causes=causes,
+        sizes=sizes,
+        distance=distance(engine, setup, list(causes.values()), tangents) if causes else 0.0,
+        outside_library=bool(set(effects) & set(engine.causes("beyond"))),
+        trials=_record_trials(rng, engine, setup, list(causes.values())),
+        held_out=_record_held_out(engine, setup, list(causes.values())),
+    )
+
+
+def _record_trials(
+    rng: np.random.Generator, world: AbstractWorld, setup: Setup, causes: Sequence[AbstractCause]
+) -> tuple[Trial, ...]:
+    commanded = [impact for impact in setup.conditions for _ in range(setup.repeats)]
+    faulty = int(rng.integers(len(commanded)))
+    trials = []
+    for i, label in enumerate(commanded):
+        scatter = 1.0 + setup.spread * rng.standard_normal(2)
+        late = setup.interval * setup.jitter * rng.uniform(-1.0, 1.0)
+        impact = Impact(label.v_e * scatter[0], label.f_p * scatter[1])
+        response = world.respond(setup.rig, causes, impact, setup.time + late, setup.after_loss)
+        force = response.sensed + setup.noise.draw(rng, response.sensed.size)
+        time = setup.time[: force.size]
+        in_contact = response.time <= response.lost
+        fault = setup.fault if i == faulty else ""
+        if fault == "dropout":
+            first, length = rng.uniform(0.2, 0.5), rng.uniform(0.1, 0.3)
+            force[(time >= first * time[-1]) & (time < (first + length) * time[-1])] = 0.0
+        if fault == "loose_cable":
+            force *= rng.uniform(0.3, 0.7)
+        if fault == "wrong_label":
+            label = max(setup.conditions, key=lambda other: abs(other.v_e - impact.v_e))
+        force = np.round(force / setup.quantum) * setup.quantum
+        trials.append(Trial(f"t{i:03d}", label, time, force, float(force[in_contact].max()), fault))
+    return tuple(trials)
+
+
+def _record_held_out(
+    world: AbstractWorld, setup: Setup, causes: Sequence[AbstractCause]
+) -> tuple[Trial, ...]:
+    trials = []
+    time = setup.time[setup.time >= 0.0]
+    for i, impact in enumerate(setup.held_out):
+        response = world.respond(setup.rig, causes, impact, time)
+        trials.append(
+            Trial(f"h{i:03d}", impact, response.time, response.sensed, float(response.sensed.max()))
+        )
+    return tuple(trials)

@@ -1,0 +1,1 @@
+"""Causes of the scipy world; a new file is a new cause."""

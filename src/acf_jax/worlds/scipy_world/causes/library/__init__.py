@@ -1,0 +1,1 @@
+"""The effects of the contract, in forms that differ from the candidates'."""
