@@ -1,0 +1,222 @@
+"""Whether one trial agrees with the others, without a model of the rig.
+
+At a fixed time the force of a linear rig is linear in contact velocity and pretension (paper, Eqs. 5 to 8),
+and that of a mildly nonlinear one is a low polynomial. So each trial is compared with what a polynomial in
+the condition, fitted to the other trials at the same time after contact, says it should be.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from acf_jax.dataset.phase import ImpactPhase
+from acf_jax.dataset.trials import Array, Trial
+
+# From what the other trials say, shape (times, trials): each trial's score and trigger offset, s.
+Misfit = Callable[[Array], tuple[Array, Array]]
+
+_POINTS = 80  # times at which trials are compared
+_CLEAR = 0.08  # share of the peak by which a faulty trial misses, at least
+_CLEAR_LABEL = 0.015  # the same where another condition of the set explains the trial
+_RATIO = 6.0  # and against the median of the other trials
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How a trial agrees with the others."""
+
+    score: float  # RMS misfit over peak, beyond what noise, trigger and spread of the condition allow
+    trigger_offset: float | None  # s, against the other trials; > 0: its impact comes late
+    fault: str | None
+
+
+def compare(
+    trials: Sequence[Trial], phases: Sequence[ImpactPhase | None], noise_std: float, spread: float
+) -> list[Agreement]:
+    """Compare every trial with the others by traces, or by peaks where there are none.
+
+    Args:
+        trials: the trials, those faulty by themselves left out.
+        phases: their impact phases; None for a trial without a trace.
+        noise_std: noise of one sample, N.
+        spread: relative standard deviation of velocity and pretension, trial to trial.
+    """
+    result = [Agreement(0.0, None, None) for _ in trials]
+    traced = [i for i, phase in enumerate(phases) if phase is not None]
+    others = [i for i, phase in enumerate(phases) if phase is None]
+    for members, judge in ((traced, _by_traces), (others, _by_peaks)):
+        if len(members) >= 5:
+            judged = judge([trials[i] for i in members], [phases[i] for i in members], noise_std, spread)
+            for i, agreement in zip(members, judged, strict=True):
+                result[i] = agreement
+    return result
+
+
+def _by_traces(
+    trials: list[Trial], phases: list[ImpactPhase | None], noise_std: float, spread: float
+) -> list[Agreement]:
+    grid, force = _on_grid(trials, phases)
+    slope = np.gradient(force, grid, axis=0) if grid.size > 1 else np.zeros_like(force)
+    peaks = np.array([phase.peak_force for phase in phases if phase])
+    steps = np.array([np.median(np.diff(t.trace.time)) for t in trials if t.trace])
+
+    def misfit(expected: Array) -> tuple[Array, Array]:
+        rest = force - expected
+        late = np.array([_delay(r, s, e) for r, s, e in zip(rest.T, slope.T, expected.T, strict=True)])
+        shift = np.clip(np.nan_to_num(late[:, 0]), -1.5 * steps, 1.5 * steps)
+        rest = rest + shift * np.nan_to_num(slope)
+        allowed = 3.0 * noise_std + 4.0 * spread * np.abs(expected)
+        beyond = np.maximum(np.abs(rest) - allowed, 0.0) / peaks
+        known = (late[:, 1] < 0.2 * steps) & (np.abs(late[:, 0]) < 3.0 * steps)
+        return _rms(beyond), np.where(known, late[:, 0], np.nan)
+
+    return _judge(trials, force, misfit)
+
+
+def _by_peaks(
+    trials: list[Trial], phases: list[ImpactPhase | None], noise_std: float, spread: float
+) -> list[Agreement]:
+    peaks = np.array([trial.peak_force or 0.0 for trial in trials])
+
+    def misfit(expected: Array) -> tuple[Array, Array]:
+        rest = np.abs(peaks - np.sqrt(np.maximum(expected[0], 0.0)))
+        beyond = np.maximum(rest - 3.0 * noise_std - 4.0 * spread * peaks, 0.0)
+        return beyond / np.maximum(peaks, np.median(peaks)), np.full(len(trials), np.nan)
+
+    # F_max^2 is near F_P^2 + k_C m v^2: a polynomial in the squares, where F_max is none.
+    return _judge(trials, (peaks**2)[None], misfit, squared=True)
+
+
+def _judge(trials: list[Trial], values: Array, misfit: Misfit, squared: bool = False) -> list[Agreement]:
+    """Set the worst trial aside and fit the others again, as long as the worst stands out."""
+    conditions = np.array([trial.condition for trial in trials])
+    basis = _basis(conditions**2 if squared else conditions)
+    if basis is None:
+        return [Agreement(0.0, None, None) for _ in trials]
+    weights = np.ones(len(trials))
+    likely: dict[int, int | None] = {}
+    for _ in range(max(len(trials) // 5, 1)):
+        scores, _late = misfit(_left_out(basis, values, weights))
+        worst = _worst(basis, values, weights, misfit, scores)
+        weights[worst] = 0.0
+        own, other, place = _explain(basis, values, weights, misfit, worst)
+        mistaken = own > _CLEAR_LABEL and other < 0.2 * own and other < 0.005
+        if not (mistaken or own > _limit(scores, weights)):
+            weights[worst] = 1.0
+            break
+        likely[worst] = place if mistaken else None
+    scores, late = misfit(_left_out(basis, values, weights))
+    agreements = []
+    for i in range(len(trials)):
+        fault = None
+        if i in likely:
+            alike = likely[i]
+            hint = "cable or sensor?"
+            if alike is not None:
+                velocity, pretension = trials[alike].condition
+                hint = f"wrong label? it looks like a trial at {velocity:g} m/s and {pretension:g} N"
+            fault = f"it differs from the other trials by {100.0 * scores[i]:.0f} % of its peak ({hint})"
+        offset = float(late[i]) if np.isfinite(late[i]) and np.isfinite(scores[i]) else None
+        agreements.append(Agreement(float(np.nan_to_num(scores[i])), offset, fault))
+    return agreements
+
+
+def _worst(basis: Array, values: Array, weights: Array, misfit: Misfit, scores: Array) -> int:
+    """Of the few trials that differ most, the one without which the others agree best.
+
+    A faulty trial of much leverage spoils what is expected of its neighbours, so the largest score may be
+    theirs.
+    """
+    kept = np.where((weights > 0.0) & np.isfinite(scores), scores, -1.0)
+    candidates = np.argsort(-kept, kind="stable")[:4]
+    rest = []
+    for i in candidates:
+        without = weights.copy()
+        without[i] = 0.0
+        left, _late = misfit(_left_out(basis, values, without))
+        rest.append(float(np.nansum(np.minimum(left * without, 1.0))))
+    return int(candidates[int(np.argmin(rest))])
+
+
+def _explain(
+    basis: Array, values: Array, weights: Array, misfit: Misfit, index: int
+) -> tuple[float, float, int]:
+    """Scores of trial `index`, set aside, at its own condition and at the best other, and whose that is."""
+    fitted = _left_out(basis, values, weights)
+    fits = [misfit(np.repeat(fitted[:, [j]], len(weights), axis=1))[0][index] for j in range(len(weights))]
+    found = [(float(fit), j) for j, fit in enumerate(fits) if weights[j] > 0.0 and np.isfinite(fit)]
+    other, place = min(found, default=(float(np.inf), index))
+    return float(np.nan_to_num(fits[index])), other, place
+
+
+def _limit(scores: Array, weights: Array) -> float:
+    """The score above which a trial is faulty, set by those that are kept."""
+    others = scores[(weights > 0.0) & np.isfinite(scores)]
+    return max(_CLEAR, _RATIO * float(np.median(others))) if others.size >= 3 else np.inf
+
+
+def _basis(conditions: Array) -> Array | None:
+    """Columns of a polynomial in velocity and pretension that the conditions can carry, shape (trials, P)."""
+    distinct = len(np.unique(conditions, axis=0))
+    v, p = (conditions / np.maximum(conditions.max(0), 1e-12)).T
+    columns: list[Array] = []
+    for candidate in (v, p, v * v, v * p, np.ones_like(v)):
+        trial = np.stack([*columns, candidate], axis=1)
+        if len(columns) < distinct - 2 and np.linalg.matrix_rank(trial, tol=1e-6) == trial.shape[1]:
+            columns.append(candidate)
+    return np.stack(columns, axis=1) if len(columns) >= 2 else None
+
+
+def _left_out(basis: Array, values: Array, weights: Array) -> Array:
+    """What the other trials say about each, shape (times, trials); NaN where they say too little."""
+    present = np.isfinite(values) * weights
+    normal = np.einsum("gi,ia,ib->gab", present, basis, basis)
+    ridge = 1e-9 * np.eye(basis.shape[1]) * (1.0 + np.trace(normal, axis1=1, axis2=2)[:, None, None])
+    inverse = np.linalg.inv(normal + ridge)
+    filled = np.nan_to_num(values)
+    coefficients = np.einsum("gab,gi,ib,gi->ga", inverse, present, basis, filled)
+    fitted = coefficients @ basis.T
+    leverage = np.einsum("ia,gab,ib->gi", basis, inverse, basis)
+    own = present * leverage
+    with np.errstate(divide="ignore", invalid="ignore"):
+        expected = np.where(present > 0.0, (fitted - own * filled) / (1.0 - own), fitted)
+    enough = present.sum(1, keepdims=True) - present >= basis.shape[1] + 1
+    return np.where(enough & (np.where(present > 0.0, own, leverage) < 0.75), expected, np.nan)
+
+
+def _on_grid(trials: list[Trial], phases: list[ImpactPhase | None]) -> tuple[Array, Array]:
+    """Common times, s, shape (G,), and each trial's force in contact there, N, shape (G, trials)."""
+    contacts = [(t.trace, p) for t, p in zip(trials, phases, strict=True) if t.trace and p]
+    ends = np.array([trace.time[phase.stop - 1] for trace, phase in contacts])
+    step = max(float(np.median(np.diff(trace.time))) for trace, _ in contacts)
+    grid = np.linspace(2.0 * step, max(float(np.quantile(ends, 0.9)), 3.0 * step), _POINTS)
+    force = np.full((grid.size, len(contacts)), np.nan)
+    for i, (trace, phase) in enumerate(contacts):
+        held = grid <= ends[i]
+        part = slice(phase.start, phase.stop)
+        force[held, i] = np.interp(grid[held], trace.time[part], trace.force[part])
+    return grid, force
+
+
+def _delay(rest: Array, slope: Array, expected: Array) -> tuple[float, float]:
+    """By how much a trial comes late, s, and the standard deviation of that, its size fitted as well."""
+    held = np.isfinite(rest + slope + expected)
+    if held.sum() < 10:
+        return 0.0, np.inf
+    columns = np.stack([-slope[held], expected[held]], axis=1)
+    normal = columns.T @ columns
+    if np.linalg.cond(normal) > 1e10:
+        return 0.0, np.inf
+    inverse = np.linalg.inv(normal)
+    solution = inverse @ columns.T @ rest[held]
+    left = rest[held] - columns @ solution
+    # Neighbouring grid points share their misfit: count one in five as independent.
+    return float(solution[0]), float(np.sqrt(5.0 * np.mean(left**2) * inverse[0, 0]))
+
+
+def _rms(values: Array) -> Array:
+    """RMS over the first axis, NaN left out; NaN where fewer than five values are left."""
+    counts = np.isfinite(values).sum(0)
+    total = np.nansum(values**2, axis=0)
+    return np.where(counts >= 5, np.sqrt(total / np.maximum(counts, 1)), np.nan)

@@ -1,0 +1,175 @@
+"""Force noise, from the samples before contact: its size, and whether neighbouring samples share it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from acf_jax.dataset.trials import Array, Trace
+
+_LONGEST = 200  # samples of one approach that enter the fit; more would only cost time
+_COLOURED = 12.0  # twice the gain in log likelihood that colour must bring: under 1 % false alarms
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White noise plus noise of a correlation time (an Ornstein-Uhlenbeck process).
+
+    cov(t, t') = std^2 ((1 - share) [t = t'] + share exp(-|t - t'|/correlation_time))
+
+    Stated in time rather than in samples, it holds for every sampling rate of a data set.
+    """
+
+    std: float  # N, of one sample
+    share: float = 0.0  # of the variance that is correlated; 0: white
+    correlation_time: float = 0.0  # s
+    offset: float = 0.0  # N, mean of the approach over all trials
+    samples: int = 0  # samples that the estimate rests on
+    source: str = "approach"  # or stated, differences, repeats, assumed
+
+    @property
+    def is_white(self) -> bool:
+        """Whether samples are independent."""
+        return self.share == 0.0
+
+    def covariance(self, time: Array) -> Array:
+        """Covariance of the samples at `time` (s, shape (N,)), N^2, shape (N, N)."""
+        return self.std**2 * _correlation(np.asarray(time, float), self.share, self.correlation_time)
+
+    def lag_one(self, step: float) -> float:
+        """Correlation of two samples that are `step` seconds apart."""
+        return self.share * float(np.exp(-step / self.correlation_time)) if self.share else 0.0
+
+    def samples_per_independent(self, step: float) -> float:
+        """Integrated autocorrelation: how many samples `step` seconds apart count as one for a mean."""
+        if self.is_white:
+            return 1.0
+        decay = float(np.exp(-step / self.correlation_time))
+        return 1.0 + 2.0 * self.share * decay / (1.0 - decay)
+
+
+@dataclass(frozen=True)
+class Approach:
+    """What the samples before contact say about the sensor."""
+
+    samples: int
+    noise_std: float  # N, about the straight line below
+    offset: float  # N, mean
+    offset_std: float  # N, for independent samples
+    drift: float  # N/s, slope
+    drift_std: float  # N/s, for independent samples
+    lag_one: float  # correlation of neighbouring samples
+
+
+def approach_samples(trace: Trace) -> Trace:
+    """The samples surely before contact: the last four before time 0 may hold a late trigger or ringing."""
+    last = max(int(np.searchsorted(trace.time, 0.0)) - 4, 0)
+    return Trace(trace.time[:last], trace.force[:last])
+
+
+def look_at_approach(trace: Trace) -> Approach | None:
+    """Offset, drift and noise of one trial's approach; None with fewer than five samples."""
+    before = approach_samples(trace)
+    n = before.time.size
+    if n < 5:
+        return None
+    time = before.time - before.time.mean()
+    offset = float(before.force.mean())
+    spread = float(time @ time)
+    drift = float(time @ before.force) / spread
+    rest = before.force - offset - drift * time
+    variance = float(rest @ rest) / (n - 2)
+    lag_one = float(rest[1:] @ rest[:-1]) / float(rest @ rest) if variance > 0.0 else 0.0
+    std = variance**0.5
+    return Approach(n, std, offset, std / n**0.5, drift, std / spread**0.5, lag_one)
+
+
+def fit_noise(traces: Sequence[Trace]) -> Noise | None:
+    """Maximum likelihood noise of all approaches together; None with fewer than ten samples.
+
+    White unless the correlated part earns its two parameters. An offset of its own in each trial reads
+    as a correlation time longer than the approach.
+    """
+    groups = _group([approach_samples(trace) for trace in traces])
+    count = sum(force.size for force, _ in groups)
+    if count < 10:
+        return None
+    white, mean, std = _fit(groups, 0.0, 1.0)
+    if std == 0.0:
+        return Noise(0.0, offset=mean, samples=count)
+    step = min(step for _, step in groups)
+    window = max(step * force.shape[1] for force, step in groups)
+    starts = [(share, tau) for share in (0.1, 0.3, 0.6, 0.95) for tau in np.geomspace(step, 2 * window, 7)]
+    share, tau = min(starts, key=lambda start: _fit(groups, *start)[0])
+
+    def loss(x: Array) -> float:
+        tau = float(np.exp(np.clip(x[1], np.log(0.2 * step), np.log(10.0 * window))))
+        return _fit(groups, 0.999 / (1.0 + float(np.exp(-np.clip(x[0], -9, 9)))), tau)[0]
+
+    best = minimize(loss, [np.log(share / (1 - share)), np.log(tau)], method="Nelder-Mead")
+    if 2.0 * (white - best.fun) < _COLOURED:
+        return Noise(std, offset=mean, samples=count)
+    share = 0.999 / (1.0 + float(np.exp(-np.clip(best.x[0], -9, 9))))
+    tau = float(np.exp(np.clip(best.x[1], np.log(0.2 * step), np.log(10.0 * window))))
+    _, mean, std = _fit(groups, share, tau)
+    return Noise(std, share, tau, mean, count)
+
+
+def difference_noise(traces: Sequence[Trace]) -> Noise | None:
+    """White noise from third differences within the contact, for traces that start at time 0.
+
+    A smooth force has none; for independent samples the variance of a third difference is 20 std^2.
+    """
+    thirds = [np.diff(trace.force[trace.time >= 0.0][2:], 3) for trace in traces]
+    pooled = np.concatenate([third for third in thirds if third.size >= 8] or [np.empty(0)])
+    if pooled.size < 10:
+        return None
+    std = 1.4826 * float(np.median(np.abs(pooled))) / 20.0**0.5
+    return Noise(std, samples=pooled.size, source="differences")
+
+
+def quantisation_step(force: Array) -> float:
+    """The step by which force readings differ, N; 0 where there is none. One in ten may be off it."""
+    gaps = np.diff(np.unique(force))
+    gaps = gaps[gaps > 1e-9 * max(1.0, float(np.abs(force).max()))]
+    for step in np.sort(gaps)[:5]:
+        ratios = gaps / step
+        if np.mean(np.abs(ratios - np.round(ratios)) < 0.05) > 0.9:
+            return float(step)
+    return 0.0
+
+
+def _correlation(time: Array, share: float, tau: float) -> Array:
+    identity = np.eye(time.size)
+    if share == 0.0:
+        return identity
+    lags = np.abs(time[:, None] - time[None, :])
+    return np.asarray((1.0 - share) * identity + share * np.exp(-lags / tau))
+
+
+def _group(traces: Sequence[Trace]) -> list[tuple[Array, float]]:
+    """Approaches of one length and step stacked, shape (trials, samples), each with its step in s."""
+    groups: dict[tuple[int, float], list[Array]] = {}
+    for trace in traces:
+        if trace.time.size >= 3:
+            step = float(np.median(np.diff(trace.time)))
+            force = trace.force[-_LONGEST:]
+            groups.setdefault((force.size, float(f"{step:.2g}")), []).append(force)
+    return [(np.stack(forces), step) for (_, step), forces in groups.items()]
+
+
+def _fit(groups: list[tuple[Array, float]], share: float, tau: float) -> tuple[float, float, float]:
+    """Negative log likelihood, mean and std (both profiled out) at one correlation."""
+    whitened, count, logdet = [], 0, 0.0
+    for force, step in groups:
+        time = step * np.arange(force.shape[1], dtype=float)
+        factor = np.linalg.cholesky(_correlation(time, share, tau))
+        both = np.linalg.solve(factor, np.vstack([force, np.ones(force.shape[1])]).T).T
+        whitened.append((both[:-1], both[-1]))
+        count += force.size
+        logdet += 2.0 * force.shape[0] * float(np.log(np.diag(factor)).sum())
+    weight = sum(z.shape[0] * float(one @ one) for z, one in whitened)
+    mean = sum(float((z @ one).sum()) for z, one in whitened) / weight
+    variance = sum(float(((z - mean * one) ** 2).sum()) for z, one in whitened) / (count - 1)
+    return 0.5 * (count * float(np.log(max(variance, 1e-300))) + logdet), mean, variance**0.5

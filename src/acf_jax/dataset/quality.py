@@ -1,0 +1,247 @@
+"""Data quality: what a look at the trials says before anything is fitted."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from acf_jax.dataset.consistency import Agreement, compare
+from acf_jax.dataset.faults import trace_faults
+from acf_jax.dataset.noise import (
+    Approach,
+    Noise,
+    approach_samples,
+    difference_noise,
+    fit_noise,
+    look_at_approach,
+    quantisation_step,
+)
+from acf_jax.dataset.phase import ImpactPhase, find_impact
+from acf_jax.dataset.trials import GapDataset, Trace, Trial
+
+
+@dataclass(frozen=True)
+class TrialQuality:
+    """What one trial shows by itself and against the others."""
+
+    name: str
+    approach: Approach | None  # None: no trace, or too few samples before contact
+    phase: ImpactPhase | None  # None: no trace, or no impact seen in it
+    sample_rate: float | None  # Hz
+    quantisation: float  # N, step of the force readings; 0: none seen
+    trigger_offset: float | None  # s, against the other trials; > 0: the impact comes late
+    faults: tuple[str, ...]  # why the trial is not to be trusted; empty for a healthy one
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Quality of a data set: noise, each trial, which trials to leave out, and warnings in plain words."""
+
+    noise: Noise
+    trials: tuple[TrialQuality, ...]
+    excluded: dict[str, str]  # trial: reason
+    warnings: tuple[str, ...]
+
+    @property
+    def used(self) -> tuple[int, ...]:
+        """Indices of the trials that are not excluded."""
+        return tuple(i for i, trial in enumerate(self.trials) if trial.name not in self.excluded)
+
+
+def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> TrialQuality:
+    """Look at one trial by itself.
+
+    Args:
+        trial: the trial.
+        impact_time: how long an impact lasts, roughly, s.
+        noise_std: noise of one sample, N; None: taken from the approach.
+    """
+    trace = trial.trace
+    if trace is None:
+        return TrialQuality(trial.name, None, None, None, 0.0, None, ())
+    approach = look_at_approach(trace)
+    own = approach.noise_std if approach else 0.0
+    std = own if noise_std is None else noise_std
+    phase = find_impact(trace, std, impact_time, approach.offset if approach else 0.0)
+    rate = 1.0 / float(np.median(np.diff(trace.time)))
+    faults = trace_faults(trial, phase, std)
+    return TrialQuality(
+        trial.name, approach, phase, rate, quantisation_step(trace.force), None, tuple(faults)
+    )
+
+
+def assess_dataset(dataset: GapDataset) -> Quality:
+    """Look at all trials: noise, phases, faulty trials, and what a user should know before the fit."""
+    stated = dataset.measurement.force_noise_std_n
+    typical = _typical_noise([t.trace for t in dataset.trials if t.trace]) if stated is None else stated
+    alone = [assess(trial, dataset.rig.impact_time, typical) for trial in dataset.trials]
+    alone = [_noisy(trial, alone) for trial in alone]
+    healthy = [i for i, trial in enumerate(alone) if not trial.faults]
+    spread = max(dataset.measurement.contact_velocity_rel_std, dataset.measurement.pretension_rel_std)
+    agreements = compare(
+        [dataset.trials[i] for i in healthy], [alone[i].phase for i in healthy], typical, spread
+    )
+    together = list(alone)
+    for i, agreement in zip(healthy, agreements, strict=True):
+        together[i] = _with_agreement(alone[i], agreement)
+    excluded, shared = _exclude(together)
+    sound = [t.trace for t in dataset.trials if t.trace and t.name not in excluded]
+    estimate = fit_noise(sound) or difference_noise(sound)
+    noise = _choose_noise(dataset, estimate)
+    warnings = shared + _noise_warnings(dataset, noise, estimate) + _trial_warnings(together, excluded, noise)
+    return Quality(noise, tuple(together), excluded, tuple(warnings))
+
+
+def _typical_noise(traces: list[Trace]) -> float:
+    """Median over trials of the noise in the approach, N, so that one bad trial does not count."""
+    stds = [a.noise_std for a in map(look_at_approach, traces) if a]
+    if stds:
+        return float(np.median(stds))
+    rough = difference_noise(traces)
+    return rough.std if rough else 0.0
+
+
+def _noisy(trial: TrialQuality, trials: list[TrialQuality]) -> TrialQuality:
+    """`trial` with a fault when its approach is far noisier than that of the others."""
+    stds = [t.approach.noise_std for t in trials if t.approach]
+    if not trial.approach or not trial.phase or len(stds) < 3 or trial.approach.samples < 8:
+        return trial
+    usual = float(np.median(stds))
+    std = trial.approach.noise_std
+    if std <= max(6.0 * usual, 0.03 * trial.phase.peak_force):
+        return trial
+    reason = (
+        f"its force before contact scatters by {std:.3g} N, in the other trials by {usual:.3g} N (cable?)"
+    )
+    return replace(trial, faults=(*trial.faults, reason))
+
+
+def _with_agreement(trial: TrialQuality, agreement: Agreement) -> TrialQuality:
+    faults = (*trial.faults, agreement.fault) if agreement.fault else trial.faults
+    return replace(trial, trigger_offset=agreement.trigger_offset, faults=faults)
+
+
+def _exclude(trials: list[TrialQuality]) -> tuple[dict[str, str], list[str]]:
+    """The faulty trials with their reasons; what many trials share is how the rig is, and a warning."""
+    faulty = {trial.name: "; ".join(trial.faults) for trial in trials if trial.faults}
+    if len(faulty) <= max(1, len(trials) // 4) and len(trials) - len(faulty) >= 3:
+        return faulty, []
+    examples = "; ".join(f"{name}: {reason}" for name, reason in list(faulty.items())[:3])
+    return {}, [
+        f"{len(faulty)} of {len(trials)} trials look faulty, too many to leave out: all are kept"
+        f" (for example {examples}); check sensor, cable and labels"
+    ]
+
+
+def _choose_noise(dataset: GapDataset, estimate: Noise | None) -> Noise:
+    """The stated size with the estimated colour; without either, what the peaks allow."""
+    stated = dataset.measurement.force_noise_std_n
+    if stated is not None:
+        if estimate is None:
+            return Noise(stated, source="stated")
+        return Noise(
+            stated, estimate.share, estimate.correlation_time, estimate.offset, estimate.samples, "stated"
+        )
+    if estimate is not None:
+        return estimate
+    peaks = {t.name: t.peak_force for t in dataset.trials if t.peak_force is not None}
+    groups = [[i for i in group if dataset.trials[i].name in peaks] for group in dataset.conditions.values()]
+    spreads = [
+        (len(group) - 1, float(np.var([peaks[dataset.trials[i].name] for i in group], ddof=1)))
+        for group in groups
+        if len(group) > 1
+    ]
+    count = sum(n for n, _ in spreads)
+    if count >= 3:
+        return Noise(
+            (sum(n * v for n, v in spreads) / count) ** 0.5, samples=count + len(spreads), source="repeats"
+        )
+    largest = max((abs(peak) for peak in peaks.values()), default=100.0)
+    return Noise(0.005 * largest, source="assumed")
+
+
+def _noise_warnings(dataset: GapDataset, noise: Noise, estimate: Noise | None) -> list[str]:
+    warnings = []
+    traced = [trial.trace for trial in dataset.trials if trial.trace]
+    stated = dataset.measurement.force_noise_std_n
+    if stated is not None and estimate is not None and estimate.source == "approach":
+        ratio = estimate.std / stated
+        if not 1.0 / 1.4 < ratio < 1.4:
+            warnings.append(
+                f"force_noise_std_n is stated as {stated:g} N, but the samples before contact scatter by"
+                f" {estimate.std:.3g} N; correct it, or leave it out to have it estimated"
+            )
+    if traced and not any(approach_samples(trace).time.size >= 5 for trace in traced):
+        warnings.append(
+            "no trace has samples before contact; noise and sensor offset cannot be checked:"
+            " record at least 20 samples before contact"
+        )
+    if noise.source == "assumed":
+        warnings.append(
+            f"the noise of the force is unknown and assumed as {noise.std:.3g} N; state force_noise_std_n"
+        )
+    if not noise.is_white:
+        longest = max(float(-trace.time[0]) for trace in traced)
+        what = (
+            f"the noise is coloured: {100 * noise.share:.0f} % of its variance lasts about"
+            f" {1e3 * noise.correlation_time:.2g} ms, so samples are not independent"
+            if noise.correlation_time < longest
+            else f"the sensor offset changes from trial to trial by {noise.share**0.5 * noise.std:.2g} N"
+        )
+        warnings.append(f"{what}; taken into account")
+    return warnings
+
+
+def _trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise: Noise) -> list[str]:
+    warnings = [f"trial {name} is left out: {reason}" for name, reason in excluded.items()]
+    kept = [trial for trial in trials if trial.name not in excluded]
+    offsets = [trial.approach.offset for trial in kept if trial.approach]
+    if offsets and noise.samples:
+        alike = max(1.0, noise.samples_per_independent(1.0 / (kept[0].sample_rate or 1.0)))
+        if abs(noise.offset) > 4.0 * noise.std * (alike / noise.samples) ** 0.5 + 0.1 * noise.std:
+            warnings.append(
+                f"the sensor reads {noise.offset:+.3g} N before contact; zero it before each trial"
+            )
+    drifting = [
+        t.name for t in kept if t.approach and noise.is_white and _drifts(t.approach, t.phase, noise.std)
+    ]
+    if drifting:
+        warnings.append(f"the sensor drifts before contact in {_list(drifting)}; let it warm up")
+    missed = [
+        (t.phase.missed_peak / t.phase.peak_force, t) for t in kept if t.phase and t.phase.peak_force > 0
+    ]
+    share, worst = max(missed, key=lambda pair: pair[0], default=(0.0, None))
+    if worst is not None and share > 0.02:
+        warnings.append(
+            f"at {worst.sample_rate:.0f} Hz the sampled peak may be up to {100 * share:.0f} % too low"
+            f" (trial {worst.name}); the force changes from sample to sample: judge by traces, sample faster"
+        )
+    late = [
+        t.name
+        for t in kept
+        if t.trigger_offset and t.sample_rate and abs(t.trigger_offset) * t.sample_rate > 0.75
+    ]
+    if late:
+        warnings.append(f"the trigger is off by a sample or more in {_list(late)}")
+    ended = Counter(t.phase.contact_lost is not None for t in kept if t.phase)
+    if ended[True]:
+        warnings.append(
+            f"contact is lost within the trace in {ended[True]} of {sum(ended.values())} trials;"
+            " what follows is not used"
+        )
+    again = [t.name for t in kept if t.phase and t.phase.second_contact is not None]
+    if again:
+        warnings.append(f"the flange rebounds and touches a second time in {_list(again)}")
+    return warnings
+
+
+def _drifts(approach: Approach, phase: ImpactPhase | None, noise_std: float) -> bool:
+    if phase is None or approach.drift_std == 0.0:
+        return False
+    by_the_peak = abs(approach.drift) * phase.peak_time
+    return abs(approach.drift) > 5.0 * approach.drift_std and by_the_peak > noise_std
+
+
+def _list(names: list[str]) -> str:
+    shown = ", ".join(names[:6])
+    return shown if len(names) <= 6 else f"{shown} and {len(names) - 6} more"
