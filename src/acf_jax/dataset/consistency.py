@@ -9,12 +9,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from acf_jax.dataset.phase import ImpactPhase
 from acf_jax.dataset.trials import Array, Trial
 
-# From what the other trials say, shape (times, trials): each trial's score and trigger offset, s.
-Misfit = Callable[[Array], tuple[Array, Array]]
+Indices = NDArray[np.intp]
+
+# Scores and trigger offsets, s, of the trials with these indices, shape (M,), should their force be that
+# expected, shape (times, M).
+Misfit = Callable[[Array, Indices], tuple[Array, Array]]
 
 _POINTS = 80  # times at which trials are compared
 _CLEAR = 0.08  # share of the peak by which a faulty trial misses, at least
@@ -61,14 +65,13 @@ def _by_traces(
     peaks = np.array([phase.peak_force for phase in phases if phase])
     steps = np.array([np.median(np.diff(t.trace.time)) for t in trials if t.trace])
 
-    def misfit(expected: Array) -> tuple[Array, Array]:
-        rest = force - expected
-        late = np.array([_delay(r, s, e) for r, s, e in zip(rest.T, slope.T, expected.T, strict=True)])
-        shift = np.clip(np.nan_to_num(late[:, 0]), -1.5 * steps, 1.5 * steps)
-        rest = rest + shift * np.nan_to_num(slope)
+    def misfit(expected: Array, index: Indices) -> tuple[Array, Array]:
+        rest, changing, step = force[:, index] - expected, slope[:, index], steps[index]
+        late = np.array([_delay(*of_one) for of_one in zip(rest.T, changing.T, expected.T, strict=True)])
+        rest = rest + np.clip(late[:, 0], -1.5 * step, 1.5 * step) * np.nan_to_num(changing)
         allowed = 3.0 * noise_std + 4.0 * spread * np.abs(expected)
-        beyond = np.maximum(np.abs(rest) - allowed, 0.0) / peaks
-        known = (late[:, 1] < 0.2 * steps) & (np.abs(late[:, 0]) < 3.0 * steps)
+        beyond = np.maximum(np.abs(rest) - allowed, 0.0) / peaks[index]
+        known = (late[:, 1] < 0.2 * step) & (np.abs(late[:, 0]) < 3.0 * step)
         return _rms(beyond), np.where(known, late[:, 0], np.nan)
 
     return _judge(trials, force, misfit)
@@ -79,10 +82,11 @@ def _by_peaks(
 ) -> list[Agreement]:
     peaks = np.array([trial.peak_force or 0.0 for trial in trials])
 
-    def misfit(expected: Array) -> tuple[Array, Array]:
-        rest = np.abs(peaks - np.sqrt(np.maximum(expected[0], 0.0)))
-        beyond = np.maximum(rest - 3.0 * noise_std - 4.0 * spread * peaks, 0.0)
-        return beyond / np.maximum(peaks, np.median(peaks)), np.full(len(trials), np.nan)
+    def misfit(expected: Array, index: Indices) -> tuple[Array, Array]:
+        own = peaks[index]
+        rest = np.abs(own - np.sqrt(np.maximum(expected[0], 0.0)))
+        beyond = np.maximum(rest - 3.0 * noise_std - 4.0 * spread * own, 0.0)
+        return beyond / np.maximum(own, np.median(peaks)), np.full(own.shape, np.nan)
 
     # F_max^2 is near F_P^2 + k_C m v^2: a polynomial in the squares, where F_max is none.
     return _judge(trials, (peaks**2)[None], misfit, squared=True)
@@ -94,19 +98,21 @@ def _judge(trials: list[Trial], values: Array, misfit: Misfit, squared: bool = F
     basis = _basis(conditions**2 if squared else conditions)
     if basis is None:
         return [Agreement(0.0, None, None) for _ in trials]
+    everyone = np.arange(len(trials))
+    places = np.unique(conditions, axis=0, return_index=True)[1]
     weights = np.ones(len(trials))
     likely: dict[int, int | None] = {}
     for _ in range(max(len(trials) // 5, 1)):
-        scores, _late = misfit(_left_out(basis, values, weights))
+        scores, _late = misfit(_left_out(basis, values, weights), everyone)
         worst = _worst(basis, values, weights, misfit, scores)
         weights[worst] = 0.0
-        own, other, place = _explain(basis, values, weights, misfit, worst)
+        own, other, place = _explain(basis, values, weights, misfit, worst, places)
         mistaken = own > _CLEAR_LABEL and other < 0.2 * own and other < 0.005
         if not (mistaken or own > _limit(scores, weights)):
             weights[worst] = 1.0
             break
         likely[worst] = place if mistaken else None
-    scores, late = misfit(_left_out(basis, values, weights))
+    scores, late = misfit(_left_out(basis, values, weights), everyone)
     agreements = []
     for i in range(len(trials)):
         fault = None
@@ -134,20 +140,21 @@ def _worst(basis: Array, values: Array, weights: Array, misfit: Misfit, scores: 
     for i in candidates:
         without = weights.copy()
         without[i] = 0.0
-        left, _late = misfit(_left_out(basis, values, without))
+        left, _late = misfit(_left_out(basis, values, without), np.arange(len(weights)))
         rest.append(float(np.nansum(np.minimum(left * without, 1.0))))
     return int(candidates[int(np.argmin(rest))])
 
 
 def _explain(
-    basis: Array, values: Array, weights: Array, misfit: Misfit, index: int
+    basis: Array, values: Array, weights: Array, misfit: Misfit, index: int, places: Indices
 ) -> tuple[float, float, int]:
-    """Scores of trial `index`, set aside, at its own condition and at the best other, and whose that is."""
+    """Scores of trial `index`, set aside, at its own condition and at the best of those at `places`."""
     fitted = _left_out(basis, values, weights)
-    fits = [misfit(np.repeat(fitted[:, [j]], len(weights), axis=1))[0][index] for j in range(len(weights))]
-    found = [(float(fit), j) for j, fit in enumerate(fits) if weights[j] > 0.0 and np.isfinite(fit)]
+    own = misfit(fitted[:, [index]], np.array([index]))[0][0]
+    fits = misfit(fitted[:, places], np.full(places.size, index))[0]
+    found = [(float(fit), int(j)) for fit, j in zip(fits, places, strict=True) if np.isfinite(fit)]
     other, place = min(found, default=(float(np.inf), index))
-    return float(np.nan_to_num(fits[index])), other, place
+    return float(np.nan_to_num(own)), other, place
 
 
 def _limit(scores: Array, weights: Array) -> float:
