@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-_DUPLICATIONS = 6
+_DUPLICATIONS = 5
 
 
 def carlson_rc(g: Float[Array, ""], h: Float[Array, ""]) -> Float[Array, ""]:

@@ -31,8 +31,8 @@ class Halley(optx.AbstractRootFinder[Scalar, Scalar, Any, _HalleyState]):
     `fn(y, args)` returns f and, as its auxiliary output, (f', f''): an analytic pair costs next to
     nothing where f solves a differential equation. `options` holds the bracket `lower`, `upper`.
 
-    It stops when the *next* step must be below the tolerance, so that no evaluation is spent on
-    seeing that the last step changed nothing.
+    It stops when the *next* step must be below `atol + rtol (upper - lower)`, so that no evaluation is
+    spent on seeing that the last step changed nothing.
     """
 
     rtol: float
@@ -48,9 +48,10 @@ class Halley(optx.AbstractRootFinder[Scalar, Scalar, Any, _HalleyState]):
         return new_y, _HalleyState(jnp.abs(new_y - y)), (slope, curvature)
 
     def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], optx.RESULTS]:
-        scale = self.atol + self.rtol * jnp.abs(y)
-        # cubic convergence: the step after this one is of the order of this one cubed
-        return state.step * state.step * state.step < scale, optx.RESULTS.successful
+        width = options["upper"] - options["lower"]
+        # cubic convergence, in units of the bracket: the next step is of the order of this one cubed
+        next_step = state.step * (state.step / width) ** 2
+        return next_step < self.atol + self.rtol * width, optx.RESULTS.successful
 
     def postprocess(self, fn, y, aux, args, options, state, tags, result) -> tuple[Scalar, Any, dict]:
         return y, aux, {}

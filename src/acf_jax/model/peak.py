@@ -20,6 +20,7 @@ import numpy as np
 import optimistix as optx
 from jaxtyping import Array, Bool, Float
 
+from acf_jax.model.blocks import in_blocks
 from acf_jax.model.carlson import carlson_rc
 from acf_jax.model.halley import Halley, halley_step
 from acf_jax.model.response import contact_force, contact_force_curvature, contact_force_rate
@@ -27,11 +28,6 @@ from acf_jax.model.rig import Impact, Rig
 from acf_jax.model.stumpff import stumpff_series
 
 Scalar = Float[Array, ""]
-
-# Samples a block: its intermediate arrays fit a core's second-level cache.
-BLOCK = 8192
-# Two steps give t_max to rounding; F_max, stationary in t, has it after one.
-_HALLEY_STEPS = 2
 
 
 class Peak(NamedTuple):
@@ -57,9 +53,6 @@ class Crossing(NamedTuple):
     ratio: Scalar  # r/r_m, in [0, 1]
 
 
-RootFinder = Callable[[Crossing], Scalar]
-
-
 def _swing(zeta: Scalar, eta_squared: Scalar, sigma: Scalar) -> tuple[Scalar, Scalar, Scalar]:
     """e^{-zeta sigma}, C(sigma), S(sigma) within the bracket: series at sigma/4, its angle doubled twice."""
     z = eta_squared * sigma * sigma / 16
@@ -77,7 +70,11 @@ def _residual(sigma: Scalar, crossing: Crossing) -> tuple[Scalar, tuple[Scalar, 
 
 
 def _guess(crossing: Crossing) -> Scalar:
-    """sigma by a sextic in u = sqrt(1 - r/r_m): exact to third order at the fold, to second at r = 0."""
+    """sigma by a sextic in u = sqrt(1 - r/r_m): exact to third order at the fold, to second at r = 0.
+
+    Far into overdamping s has a boundary layer that no sextic follows: there the lower bound r, from which
+    a concave increasing function is climbed without fail.
+    """
     zeta, r_m = crossing.zeta, crossing.r_m
     root_2 = np.sqrt(2).astype(zeta.dtype)
     c_2, c_3 = -2 / 3 * zeta, (1 / 6 + 4 / 9 * zeta * zeta) / root_2
@@ -89,41 +86,34 @@ def _guess(crossing: Crossing) -> Scalar:
     c_4 = value - c_5 - c_6
     u = jnp.sqrt(1 - crossing.ratio)
     below = u * (root_2 + u * (c_2 + u * (c_3 + u * (c_4 + u * (c_5 + u * c_6)))))
-    return jnp.clip(crossing.sigma_m - below, 0.0, crossing.sigma_m)
+    sextic = jnp.clip(crossing.sigma_m - below, 0.0, crossing.sigma_m)
+    return jnp.where(zeta < 3, sextic, crossing.ratio * r_m)
 
 
-def halley_steps(crossing: Crossing) -> Scalar:
-    """The root by a fixed number of Halley steps: straight-line code, fastest in a batch."""
-    sigma = _guess(crossing)
-    for _ in range(_HALLEY_STEPS):
-        s, (slope, curvature) = _residual(sigma, crossing)
-        sigma = halley_step(sigma, (s, slope, curvature), jnp.zeros_like(sigma), crossing.sigma_m)
-    return sigma
-
-
-def halley_to_tolerance(crossing: Crossing) -> Scalar:
-    """The root by optimistix, as many Halley steps as rounding allows."""
-    rounding = float(jnp.finfo(crossing.zeta.dtype).eps)
+def _find_crossing(crossing: Crossing) -> Scalar:
+    """sigma to half the digits, by optimistix: F_max is stationary there, and t_max is polished after."""
+    half_the_digits = float(jnp.finfo(crossing.zeta.dtype).eps) ** 0.5
     return optx.root_find(
         _residual,
-        Halley(rtol=rounding, atol=rounding),
+        Halley(rtol=half_the_digits, atol=0.0),
         _guess(crossing),
         args=crossing,
         options={"lower": jnp.zeros_like(crossing.sigma_m), "upper": crossing.sigma_m},
         has_aux=True,
-        max_steps=16,
+        max_steps=64,
         throw=False,
     ).value
 
 
-def _solve(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
+def _solve(rig: Rig, impact: Impact) -> Peak:
     """Force and time of the peak: tau_0, then the root sigma, then Eq. (11) as a sum of positive terms."""
     zeta, kappa, epsilon = rig.zeta, rig.k_c / rig.k, rig.k_f / rig.k
-    # F_P and m omega v enter by their shares b : c, so that neither v = 0 nor F_P = 0 divides by zero.
+    # F_P and m omega v enter by their shares c and b, so that neither v = 0 nor F_P = 0 divides by zero.
     momentum = impact.v_e * jnp.sqrt(rig.m * rig.k)
     scale = impact.f_p + momentum
-    b = jnp.where(scale > 0, momentum / jnp.where(scale > 0, scale, 1.0), 1.0)
-    c = jnp.where(scale > 0, impact.f_p / jnp.where(scale > 0, scale, 1.0), 0.0)
+    is_loaded = scale > 0
+    b = jnp.where(is_loaded, momentum / jnp.where(is_loaded, scale, 1.0), 1.0)
+    c = 1 - b
 
     tiny = jnp.finfo(zeta.dtype).tiny
     eta_squared = (1 - zeta) * (1 + zeta)
@@ -141,50 +131,61 @@ def _solve(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
     r_m = jnp.exp(-zeta * sigma_m)
     has_peak = epsilon * b < w * r_m
     ratio = jnp.where(has_peak, epsilon * b / jnp.where(has_peak, w * r_m, 1.0), 1.0)
-    sigma = find_root(Crossing(zeta, eta_squared, sigma_m, r_m, ratio))
+    crossing = Crossing(zeta, eta_squared, sigma_m, r_m, ratio)
+    sigma = _find_crossing(crossing)
 
-    settled = 50 * (1 + zeta)
-    inflection = jnp.where(is_turning, jnp.minimum(tau_0 + sigma, settled), settled)
-    tau = jnp.where(has_peak, tau_0 + sigma, inflection)
-    decay, cosine, sine = _swing(zeta, eta_squared, sigma)
-    moving = epsilon * tau + 2 * zeta * kappa
-    f_max = scale * (c * epsilon + kappa * (b * moving + w * decay * (cosine + zeta * sine)))
-    return Peak(f_max, tau / rig.omega, has_peak)
-
-
-@partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _peak(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
-    return _solve(find_root, rig, impact)
+    settled = jnp.where(is_turning & has_peak, jnp.inf, 50 * (1 + zeta))
+    tau = jnp.where(is_turning, jnp.minimum(tau_0 + sigma, settled), settled)
+    # F_max is stationary in sigma and needs no more digits; its evaluation pays t_max one step more.
+    residual, (slope, curvature) = _residual(sigma, crossing)
+    swing = slope + 2 * zeta * (residual + ratio * r_m)
+    f_max = scale * (c * epsilon + kappa * (b * (epsilon * tau + 2 * zeta * kappa) + w * swing))
+    polished = halley_step(sigma, (residual, slope, curvature), jnp.zeros_like(sigma), sigma_m)
+    return Peak(f_max, (tau + (polished - sigma)) / rig.omega, has_peak)
 
 
-@_peak.defjvp
-def _peak_jvp(
-    find_root: RootFinder, primals: tuple[Rig, Impact], tangents: tuple[Rig, Impact]
-) -> tuple[Peak, Peak]:
-    """dF_max by the envelope theorem, dt_max by the implicit function theorem.
+Gradient = tuple[Rig, Impact]
 
-    t_max comes from `_peak` itself, so that differentiating this rule again moves t as it must. A sample
-    without a peak keeps its stand-in time.
+
+def _sensitivity(rig: Rig, impact: Impact) -> tuple[Peak, Gradient, Gradient]:
+    """The peak and the gradients of F_max, by the envelope theorem, and of t_max, by the implicit one.
+
+    t_max comes from `find_peak`, so that differentiating once more moves t as it must. A sample without
+    a peak keeps its stand-in time.
     """
-    peak = _peak(find_root, *primals)
-    force_gradient = jax.grad(lambda p: contact_force(*p, peak.t_max))(primals)
-    rate_gradient = jax.grad(lambda p: contact_force_rate(*p, peak.t_max))(primals)
-    curvature = contact_force_curvature(*primals, peak.t_max)
+    peak = find_peak(rig, impact)
+    parameters = (rig, impact)
+    force_gradient = jax.grad(lambda p: contact_force(*p, peak.t_max))(parameters)
+    rate_gradient = jax.grad(lambda p: contact_force_rate(*p, peak.t_max))(parameters)
+    curvature = contact_force_curvature(rig, impact, peak.t_max)
     moves = peak.has_peak & (curvature < 0)
     per_rate = jnp.where(moves, -1 / jnp.where(moves, curvature, 1.0), 0.0)
-    return peak, Peak(
-        _inner(force_gradient, tangents),
-        per_rate * _inner(rate_gradient, tangents),
-        np.zeros(peak.has_peak.shape, jax.dtypes.float0),
-    )
+    return peak, force_gradient, jax.tree.map(lambda g: per_rate * g, rate_gradient)
 
 
-def _inner(gradient: tuple[Rig, Impact], tangents: tuple[Rig, Impact]) -> Scalar:
+def _inner(gradient: Gradient, tangents: Gradient) -> Array:
     return jax.tree.reduce(jnp.add, jax.tree.map(jnp.multiply, gradient, tangents))
 
 
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _peak(mapped: Callable, rig: Rig, impact: Impact) -> Peak:
+    """`_solve`, for one sample or for many: `mapped` says how."""
+    return mapped(_solve)(rig, impact)
+
+
+@_peak.defjvp
+def _peak_jvp(mapped: Callable, primals: Gradient, tangents: Gradient) -> tuple[Peak, Peak]:
+    peak, force_gradient, time_gradient = mapped(_sensitivity)(*primals)
+    no_tangent = np.zeros(peak.has_peak.shape, jax.dtypes.float0)
+    return peak, Peak(_inner(force_gradient, tangents), _inner(time_gradient, tangents), no_tangent)
+
+
+def _one_sample(fn: Callable) -> Callable:
+    return fn
+
+
 def find_peak(rig: Rig, impact: Impact) -> Peak:
-    """Peak force of one impact: the first root of Eq. (9), by optimistix, put into Eq. (8).
+    """Peak force of one impact: the first root of Eq. (9), put into Eq. (8).
 
     F_C,max = F_C(t_max),  dF_C/dt(t_max) = 0   (Eqs. 9 and 11)
 
@@ -193,15 +194,15 @@ def find_peak(rig: Rig, impact: Impact) -> Peak:
     **Returns:** `Peak` of scalars. Differentiable to second order in all six parameters, by `jax.grad`,
     `jax.jacfwd` and `jax.hessian`; maps with `jax.vmap`.
     """
-    return _peak(halley_to_tolerance, rig, impact)
+    return _peak(_one_sample, rig, impact)
 
 
 @jax.jit
 def find_peaks(rig: Rig, impact: Impact) -> Peak:
-    """Peak forces of a batch: the mathematics of `find_peak`, in blocks that stay in the cache.
+    """Peak forces of a batch: `find_peak` in blocks that stay in the cache, several times faster.
 
     **Arguments:** `rig`, `impact` with fields of shape (N,).
 
     **Returns:** `Peak` of arrays of shape (N,). Differentiable as `find_peak` is.
     """
-    return jax.lax.map(lambda sample: _peak(halley_steps, *sample), (rig, impact), batch_size=BLOCK)
+    return _peak(in_blocks, rig, impact)
