@@ -102,24 +102,29 @@ def size_at_distance(
     target: float,
     tangents: Tangents | None = None,
 ) -> float:
-    """The size, at most 1, at which the named cause is `target` away; within 5 % of it where it can be."""
+    """The size, at most 1, at which the named cause is `target` away; within 5 % of it where it can be.
 
+    Where the distance jumps (contact is lost or not) the size closest to the target is returned.
+    """
     tangents = tangents or Tangents(world, setup)
 
     def excess(log_size: float) -> float:
         cause = world.draw(name, seed, setup.rig, float(np.exp(log_size)))
         return float(np.log(max(distance(world, setup, [cause], tangents), 1e-12) / target))
 
-    high, high_excess = 0.0, excess(0.0)
-    if high_excess <= 0.0:
+    tried = [(0.0, excess(0.0))]
+    if tried[0][1] <= 0.0:
         return 1.0
-    # The distance is about proportional to the size, so one secant step is close.
-    low, low_excess = high - high_excess, excess(high - high_excess)
-    for _ in range(6):
-        if abs(low_excess) < 0.05:
+    guess = -tried[0][1]  # the distance is about proportional to the size
+    for _ in range(8):
+        tried.append((guess, excess(guess)))
+        below = max((t for t in tried if t[1] <= 0.0), default=None)
+        above = min(t for t in tried if t[1] > 0.0)
+        if min(abs(e) for _, e in tried) < 0.05:
             break
-        slope = (high_excess - low_excess) / (high - low)
-        high, high_excess = low, low_excess
-        low = float(np.clip(low - low_excess / max(slope, 0.3), low - 3.0, 0.0))
-        low_excess = excess(low)
-    return float(np.exp(low))
+        if below is None:
+            guess = above[0] - max(above[1], 0.5)
+        else:  # regula falsi, kept off the ends of the bracket so that it closes from both sides
+            share = float(np.clip(-below[1] / (above[1] - below[1]), 0.1, 0.9))
+            guess = below[0] + share * (above[0] - below[0])
+    return float(np.exp(min(tried, key=lambda t: abs(t[1]))[0]))

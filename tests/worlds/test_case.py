@@ -1,0 +1,136 @@
+"""Cases: deterministic, as varied as asked for, and written as the contract says."""
+
+import csv
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from acf_jax.errors import InputError
+from acf_jax.worlds import answer_of, distance, draw_setup, find_world, make_case, write_case
+from acf_jax.worlds.plan import draw_plan
+from acf_jax.worlds.setup import Noise
+
+LIBRARY = {
+    "coulomb_friction": "actuator", "gravity": "actuator", "force_regulation": "actuator",
+    "end_stop": "actuator", "contact_hardening": "contact", "contact_damping": "contact",
+    "pad_relaxation": "contact", "pad_mass": "contact", "robot_compliance": "robot",
+    "robot_deceleration": "robot", "sensor_lag": "sensor", "sensor_resonance": "sensor",
+    "sensor_scale": "sensor",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def case():
+    return make_case(11, ["gravity", "sensor_lag"], size=0.6)
+
+
+def rows(path):
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_world_has_the_effects_of_the_contract_and_others_at_each_component():
+    world = find_world("scipy")
+    assert {name: cause.component for name, cause in world.causes("library").items()} == LIBRARY
+    assert {cause.component for cause in world.causes("beyond").values()} == set(LIBRARY.values())
+
+
+def test_equal_arguments_make_equal_files(case, tmp_path):
+    write_case(case, tmp_path / "a")
+    write_case(make_case(11, ["gravity", "sensor_lag"], size=0.6), tmp_path / "b")
+    files = sorted(p.relative_to(tmp_path / "a") for p in (tmp_path / "a").rglob("*") if p.is_file())
+    assert len(files) == 4 + len(case.trials) + len(case.held_out)
+    for file in files:
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_the_data_set_has_the_contract_s_form(case, tmp_path):
+    write_case(case, tmp_path)
+    dataset = yaml.safe_load((tmp_path / "dataset.yaml").read_text())
+    assert set(dataset) == {"schema", "description", "rig", "measurement"}
+    assert dataset["schema"] == "acf-gap-dataset/1"
+    assert set(dataset["rig"]) == {
+        "moving_mass_kg", "damping_n_s_per_m", "actuator_stiffness_n_per_m", "contact_stiffness_n_per_m",
+    }  # fmt: skip
+    for entry in dataset["rig"].values():
+        assert entry["value"] > 0.0 and entry["std"] > 0.0
+    trials = rows(tmp_path / "trials.csv")
+    assert len({row["trial"] for row in trials}) == len(trials) >= 3
+    for row in trials:
+        trace = np.loadtxt(tmp_path / row["trace"], delimiter=",", skiprows=1)
+        time, force = trace.T
+        assert np.all(np.diff(time) > 0.0) and time[0] < 0.0 < time[-1] and np.isfinite(force).all()
+        assert abs(force[time < -2.0 * case.setup.interval].mean()) < 1.0
+        assert float(row["peak_force_n"]) <= force.max() + 1e-9
+    answer = yaml.safe_load((tmp_path / "answer.yaml").read_text())
+    assert answer["effects"] == ["gravity", "sensor_lag"] and answer["components"] == ["actuator", "sensor"]
+    for row in rows(tmp_path / "held_out_conditions.csv"):
+        trace = np.loadtxt(tmp_path / "held_out_traces" / f"{row['trial']}.csv", delimiter=",", skiprows=1)
+        assert trace[0, 0] == 0.0
+        assert trace[:, 1].max() == pytest.approx(answer["held_out_peak_force_n"][row["trial"]], abs=2e-3)
+
+
+def test_the_answer_can_be_kept_apart(case, tmp_path):
+    write_case(case, tmp_path / "data", tmp_path / "answers" / "data.yaml")
+    assert not list((tmp_path / "data").glob("answer*"))
+    assert yaml.safe_load((tmp_path / "answers" / "data.yaml").read_text()) == answer_of(case)
+
+
+@pytest.mark.parametrize("name", ["gravity", "contact_damping", "sensor_resonance"])
+def test_a_target_distance_is_met(name):
+    assert make_case(4, [name], target=8.0).distance == pytest.approx(8.0, rel=0.06)
+
+
+def test_distance_counts_repeats_and_falls_with_noise():
+    world = find_world("scipy")
+    setup = replace(draw_setup(np.random.default_rng(3), coloured=False), repeats=1)
+    cause = world.draw("contact_hardening", 1, setup.rig, 0.05)
+    once = distance(world, setup, [cause])
+    assert once < distance(world, replace(setup, repeats=4), [cause]) <= 2.0 * once * (1.0 + 1e-9)
+    louder = replace(setup, noise=Noise(10.0 * setup.noise.std, 0.0))
+    assert distance(world, louder, [cause]) < once
+
+
+def test_coloured_noise_has_the_deviation_and_memory_it_names():
+    noise = Noise(std=2.0, memory=0.7)
+    samples = noise.draw(np.random.default_rng(0), 40000)
+    assert samples.std() == pytest.approx(2.0, rel=0.03)
+    assert np.corrcoef(samples[1:], samples[:-1])[0, 1] == pytest.approx(0.7, abs=0.02)
+    white = noise.whiten(samples)
+    assert white.std() == pytest.approx(1.0, rel=0.02)
+    assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.02
+
+
+def test_a_plan_holds_the_shares_and_every_effect():
+    world = find_world("scipy")
+    plan = draw_plan(5, 200, world)
+    assert plan == draw_plan(5, 200, world) != draw_plan(6, 200, world)
+    kinds = [
+        "none" if not o.effects else "pair" if len(o.effects) == 2
+        else "single" if o.effects[0] in LIBRARY else "beyond"
+        for o in plan
+    ]  # fmt: skip
+    assert {kind: kinds.count(kind) for kind in set(kinds)} == {
+        "none": 50, "single": 100, "pair": 20, "beyond": 30,
+    }  # fmt: skip
+    assert {o.effects[0] for o, kind in zip(plan, kinds, strict=True) if kind == "single"} == set(LIBRARY)
+    assert sum(o.coloured is True for o in plan) == 25
+
+
+def test_an_effect_that_does_not_exist_is_refused():
+    with pytest.raises(InputError, match="world 'scipy' has no cause ghost; it has"):
+        make_case(1, ["ghost"])
+
+
+def test_worlds_share_no_code_with_the_fitted_simulator():
+    script = (
+        "import sys; from acf_jax.worlds import find_world; find_world('scipy').causes();"
+        "parts = [m.split('.') for m in sys.modules];"
+        "print(sorted({p[1] for p in parts if p[0] == 'acf_jax' and len(p) > 1}), ['jax'] in parts)"
+    )
+    out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "['errors', 'files', 'worlds'] False"
