@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from acf_jax.dataset import units
-from acf_jax.dataset.table import check_file, suggestion
+from acf_jax.dataset.table import check_file, shown, suggestion
 from acf_jax.dataset.trials import Measurement, Prior, RigPrior
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
@@ -107,10 +107,10 @@ def read_description(path: Path) -> tuple[str, RigPrior, Measurement]:
 def _fault(path: Path, detail: Any) -> str:
     """One sentence for one of pydantic's errors: file, dotted key, what is wrong, remedy."""
     location = [str(part) for part in detail["loc"]]
-    key, kind = ".".join(location)[:200], detail["type"]
+    key, kind = ".".join(location), detail["type"]
     if kind == "missing":
         what = "is missing; add it"
-    elif kind == "extra_forbidden":
+    elif kind in ("extra_forbidden", "invalid_key"):
         what = f"is not a known key{suggestion(location[-1], _keys(location[:-1])) or '; remove it'}"
     elif key == "schema":
         what = f"must be {SCHEMA}; correct it, or use the version of acf-jax that knows this schema"
@@ -123,8 +123,8 @@ def _fault(path: Path, detail: Any) -> str:
     elif kind == "string_type":
         what = "must be text; put it in quotes"
     else:
-        what = "must be a number, such as 3.4e5"
-    return f"{path} key '{key}': {what}"
+        what = "must be a number; write digits, such as 3.4e5"
+    return f"{path} key {shown(key)}: {what}"
 
 
 def _keys(location: list[str]) -> list[str]:

@@ -57,7 +57,9 @@ def find_impact(
     if lost is not None:
         early = max(lost - width // 2 - 1, start + 1)
         stop = early + int(np.argmax(np.append(force[early:lost] <= threshold, True)))
-    after = np.flatnonzero(smooth[stop + width :] > max(10.0 * noise_std, 0.2 * top))
+    again = (
+        None if lost is None else _above(smooth, stop + width, max(10.0 * noise_std, 0.2 * top), threshold)
+    )
     peak = start + int(np.argmax(force[start:stop]))
     impulse = _integral(time[start:stop], force[start:stop])
     crest = start + int(np.argmax(smooth[start:stop]))
@@ -67,7 +69,7 @@ def find_impact(
         stop=stop,
         onset=float(time[onset]),
         contact_lost=None if lost is None else float(time[stop]),
-        second_contact=float(time[stop + width + after[0]]) if lost is not None and after.size else None,
+        second_contact=None if again is None else float(time[again]),
         peak_force=float(trace.force[peak]),
         peak_time=float(time[peak]),
         missed_peak=missed_peak(force[start:stop], peak - start, noise_std),
@@ -108,6 +110,15 @@ def _below(smooth: Array, start: int, top: float, threshold: float) -> int | Non
     up = start + int(np.argmax(smooth[start:] > max(0.3 * top, 2.0 * threshold)))
     down = np.flatnonzero(smooth[up:] <= threshold)
     return up + int(down[0]) if down.size else None
+
+
+def _above(smooth: Array, start: int, clear: float, threshold: float) -> int | None:
+    """Where a smoothed force that becomes clear after `start` had left the threshold; None if it does not."""
+    clearly = np.flatnonzero(smooth[start:] > clear)
+    if clearly.size == 0:
+        return None
+    low = np.flatnonzero(smooth[start : start + clearly[0]] <= threshold)
+    return start + (int(low[-1]) + 1 if low.size else 0)
 
 
 def _integral(time: Array, force: Array) -> float:

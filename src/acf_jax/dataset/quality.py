@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from acf_jax.dataset.consistency import Agreement, compare
+from acf_jax.dataset.consistency import compare
 from acf_jax.dataset.faults import trace_faults
 from acf_jax.dataset.noise import (
     Approach,
@@ -82,8 +82,11 @@ def assess_dataset(dataset: GapDataset) -> Quality:
         [dataset.trials[i] for i in healthy], [alone[i].phase for i in healthy], typical, spread
     )
     together = list(alone)
+    onsets = _onset_offsets(alone)
     for i, agreement in zip(healthy, agreements, strict=True):
-        together[i] = _with_agreement(alone[i], agreement)
+        faults = (agreement.fault,) if agreement.fault else ()
+        offset = onsets[i] if agreement.trigger_offset is None else agreement.trigger_offset
+        together[i] = replace(alone[i], trigger_offset=offset, faults=faults)
     excluded, shared = _exclude(together)
     sound = [t.trace for t in dataset.trials if t.trace and t.name not in excluded]
     estimate = fit_noise(sound) or difference_noise(sound)
@@ -116,9 +119,16 @@ def _noisy(trial: TrialQuality, trials: list[TrialQuality]) -> TrialQuality:
     return replace(trial, faults=(*trial.faults, reason))
 
 
-def _with_agreement(trial: TrialQuality, agreement: Agreement) -> TrialQuality:
-    faults = (*trial.faults, agreement.fault) if agreement.fault else trial.faults
-    return replace(trial, trigger_offset=agreement.trigger_offset, faults=faults)
+def _onset_offsets(trials: list[TrialQuality]) -> list[float | None]:
+    """By how much each trial's first clear sample comes late, s; None unless contact starts alike in most."""
+    onsets = np.array([t.phase.onset if t.phase else np.nan for t in trials])
+    if np.isfinite(onsets).sum() < 3:
+        return [None] * len(trials)
+    late = onsets - np.nanmedian(onsets)
+    steps = np.array([1.0 / t.sample_rate if t.sample_rate else np.nan for t in trials])
+    if np.mean(np.abs(late[np.isfinite(late)]) < 0.5 * steps[np.isfinite(late)]) < 0.8:
+        return [None] * len(trials)
+    return [float(x) if np.isfinite(x) else None for x in late]
 
 
 def _exclude(trials: list[TrialQuality]) -> tuple[dict[str, str], list[str]]:

@@ -66,11 +66,13 @@ def _inside(folder: Path, relative: str) -> Path:
     """`folder / relative`, as written, once it is known not to leave the folder."""
     try:
         inside(folder, relative)
+        if relative.isprintable() and len(relative.encode()) < 256:
+            return folder / relative
     except InputError:
         raise
-    except (OSError, ValueError, RuntimeError):  # a name too long, a NUL, a loop of links
-        raise InputError(f"{shown(relative)} is not a path; name a file in {folder}") from None
-    return folder / relative
+    except (OSError, ValueError, RuntimeError):  # a name that the system refuses, a loop of links
+        pass
+    raise InputError(f"{shown(relative)} is not a path; name a file in {folder}")
 
 
 def _read_trials(folder: Path, rig: RigPrior, faults: list[str]) -> list[Trial]:

@@ -66,7 +66,7 @@ def shown(text: str) -> str:
 def suggestion(name: str, known: Sequence[str]) -> str:
     """`; did you mean ...` when one of `known` resembles `name`, else an empty string."""
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    return f"; did you mean '{close[0]}'?" if close else ""
+    return f"; did you mean {shown(close[0])}?" if close else ""
 
 
 def check_file(path: Path) -> None:
@@ -76,10 +76,10 @@ def check_file(path: Path) -> None:
             raise InputError(f"{path}: is not an ordinary file; name a file")
         if path.is_file() and path.stat().st_size > MAX_BYTES:
             raise InputError(f"{path}: is larger than {MAX_BYTES // 10**6} MB; cut it to the impact")
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{shown(str(path))}: cannot be opened ({error}); correct the path") from None
+    except InputError:
+        raise
+    except (OSError, ValueError):
+        raise InputError(f"{shown(str(path))}: cannot be opened; correct the path") from None
 
 
 def read_table(path: Path, required: Sequence[str]) -> Table:
@@ -110,7 +110,7 @@ def _fill(table: Table, text: str, required: Sequence[str]) -> None:
             hint = "; separate cells by commas" if separated else suggestion(column, header)
             table.fault("", f"column '{column}' is missing{hint or '; add it to the first line'}")
     for column in dict.fromkeys(c for c in header if c and header.count(c) > 1):
-        table.fault("", f"column '{column}' is there twice; remove one")
+        table.fault("", f"column {shown(column)} is there twice; remove one")
     for number, cells in records:
         if len(cells) > len(header):
             remedy = "write decimals with a point and quote text that holds commas"

@@ -1,0 +1,306 @@
+"""Data quality on made-up trials whose truth is known: noise, impact phase, sampling, faulty trials."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from impacts import CONDITIONS, K_C, K_F, M, contact_force, made_up, sampled, with_force, with_trial
+
+from acf_jax.dataset import Measurement, Trace, assess, assess_dataset
+from acf_jax.dataset.noise import difference_noise, fit_noise, look_at_approach, quantisation_step
+from acf_jax.dataset.phase import find_impact, moving_mean
+
+IMPACT_TIME = float(np.pi * np.sqrt(M / (K_F + K_C)))
+
+
+def traces(count, seed, **options):
+    rng = np.random.default_rng(seed)
+    return [sampled(0.2, 60.0, rng, **options) for _ in range(count)]
+
+
+def test_white_noise_is_called_white():
+    fits = [fit_noise(traces(20, seed, std=1.3)) for seed in range(60)]
+    assert sum(not fit.is_white for fit in fits) <= 1  # 0 of 200 when measured; 1 % allowed
+    stds = np.array([fit.std for fit in fits])
+    assert abs(stds.mean() / 1.3 - 1.0) < 0.02
+    assert stds.std() / 1.3 < 2.0 * (2 * fits[0].samples) ** -0.5
+
+
+@pytest.mark.parametrize(("share", "tau"), [(0.45, 8e-4), (0.999, 2e-4)])
+def test_coloured_noise_is_measured(share, tau):
+    fits = [fit_noise(traces(20, seed, std=1.0, share=share, tau=tau)) for seed in range(20)]
+    assert sum(not fit.is_white for fit in fits) >= 19
+    assert abs(np.mean([fit.std for fit in fits]) - 1.0) < 0.03
+    assert abs(np.median([fit.share for fit in fits]) - share) < 0.12
+    assert 0.6 < np.median([fit.correlation_time for fit in fits]) / tau < 1.7
+
+
+def test_noise_is_independent_of_the_sampling_rate():
+    fine = fit_noise(traces(20, 1, share=0.999, tau=8e-4, rate=16000.0))
+    coarse = fit_noise(traces(20, 2, share=0.999, tau=8e-4, rate=4000.0))
+    assert 0.5 < fine.correlation_time / coarse.correlation_time < 2.0
+    assert fine.samples_per_independent(1 / 16000) > 2.0 * coarse.samples_per_independent(1 / 4000)
+
+
+def test_covariance_of_the_noise():
+    noise = fit_noise(traces(20, 3, share=0.5, tau=1e-3))
+    covariance = noise.covariance(np.array([0.0, 0.001]))
+    np.testing.assert_allclose(np.diag(covariance), noise.std**2)
+    np.testing.assert_allclose(covariance[0, 1] / noise.std**2, noise.lag_one(0.001))
+
+
+def test_offset_and_drift_of_the_sensor():
+    time = np.arange(-400, 200) / 8000.0
+    force = 4.0 + 30.0 * time + np.random.default_rng(0).normal(0.0, 0.2, time.size)
+    approach = look_at_approach(Trace(time, force))
+    assert abs(approach.drift - 30.0) < 4.0 * approach.drift_std < 10.0
+    assert abs(approach.offset - (4.0 - 30.0 * 0.0252)) < 4.0 * approach.offset_std < 0.1
+    assert abs(approach.noise_std - 0.2) < 0.03
+    assert look_at_approach(Trace(time[395:], force[395:])) is None
+
+
+def test_noise_without_an_approach_comes_from_third_differences():
+    cut = [Trace(t.time[t.time >= 0], t.force[t.time >= 0]) for t in traces(10, 4, std=1.0)]
+    assert fit_noise(cut) is None
+    assert abs(difference_noise(cut).std - 1.0) < 0.1
+
+
+def test_quantisation():
+    rng = np.random.default_rng(0)
+    values = rng.normal(0.0, 5.0, 500)
+    assert abs(quantisation_step(np.round(values / 0.05) * 0.05) - 0.05) < 1e-9
+    assert quantisation_step(values) == 0.0
+    assert quantisation_step(np.ones(5)) == 0.0
+
+
+@pytest.mark.parametrize(("v", "f_p"), CONDITIONS)
+@pytest.mark.parametrize("std", [0.01, 1.0, 2.0])
+def test_contact_loss_is_found(v, f_p, std):
+    dense = np.linspace(0.0, 0.02, 200001)
+    lost = dense[np.flatnonzero(contact_force(dense, v, f_p) == 0.0)[0]]
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        phase = find_impact(sampled(v, f_p, rng, std=std, end=0.02), std, IMPACT_TIME)
+        assert phase.start == 24 and phase.onset == 0.0
+        assert abs(phase.contact_lost - lost) < 3.1 / 8000.0
+        assert phase.second_contact is None
+
+
+def test_no_contact_loss_before_the_end_of_the_trace():
+    trace = sampled(0.3, 60.0, np.random.default_rng(0), end=0.006)
+    phase = find_impact(trace, 1.0, IMPACT_TIME)
+    assert phase.contact_lost is None and phase.impulse_ratio is None and phase.stop == trace.time.size
+
+
+def test_ringing_is_no_contact_loss():
+    time = np.arange(-24, 200) / 8000.0
+    smooth = contact_force(time, 0.3, 60.0)
+    ringing = smooth * (1.0 + 1.2 * np.sin(2 * np.pi * 1900.0 * time))
+    assert ringing.min() < -40.0
+    plain, rung = (find_impact(Trace(time, force), 0.1, IMPACT_TIME) for force in (smooth, ringing))
+    assert abs(plain.contact_lost - rung.contact_lost) < 1e-3
+
+
+def test_low_saddle_is_no_contact_loss():
+    time = np.arange(0, 480) / 8000.0
+    force = 65.0 + 60.0 * np.cos(2 * np.pi * time / 0.02)  # down to 5 N and up again
+    noisy = force + np.random.default_rng(0).normal(0.0, 1.0, time.size)
+    assert find_impact(Trace(time, noisy), 1.0, IMPACT_TIME).contact_lost is None
+
+
+def test_second_contact_impulse_and_rebound():
+    time = np.arange(-24, 400) / 8000.0
+    first = np.where((time >= 0) & (time < 0.008), 200.0 * np.sin(np.pi * time / 0.008), 0.0)
+    later = time - 0.02
+    second = np.where((later >= 0) & (later < 0.008), 80.0 * np.sin(np.pi * later / 0.008), 0.0)
+    phase = find_impact(Trace(time, first + second), 0.1, IMPACT_TIME)
+    assert abs(phase.contact_lost - 0.008) < 3e-4
+    assert abs(phase.second_contact - 0.02) < 1e-3
+    np.testing.assert_allclose(phase.impulse, 200.0 * 0.008 * 2.0 / np.pi, rtol=5e-3)
+    np.testing.assert_allclose(phase.impulse_ratio, 1.0, rtol=0.1)
+    assert phase.peak_force == pytest.approx(200.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("rate", [1000.0, 2000.0, 8000.0])
+def test_missed_peak_bounds_what_sampling_loses(rate):
+    losses, bounds = [], []
+    for shift in np.linspace(0.0, 1.0, 11):
+        time = (np.arange(-5, round(0.009 * rate)) + shift) / rate
+        force = np.where(time > 0, 200.0 * np.sin(np.pi * time / 0.008), 0.0)
+        phase = find_impact(Trace(time, force), 0.0, 0.008)
+        losses.append(200.0 - phase.peak_force)
+        bounds.append(phase.missed_peak)
+    worst = 200.0 * (np.pi / 0.008 / rate) ** 2 / 8.0
+    assert np.all(np.array(losses) <= np.array(bounds) * 1.05 + 1e-9)
+    assert max(bounds) < 1.3 * worst
+
+
+def test_moving_mean():
+    np.testing.assert_allclose(moving_mean(np.arange(6.0), 3), [0.5, 1, 2, 3, 4, 4.5])
+
+
+HEALTHY = {
+    "nominal": {},
+    "quiet": {"std": 0.02, "step": 0.0},
+    "coarse readings": {"std": 0.02, "step": 2.0},
+    "noisy": {"std": 3.0},
+    "coloured": {"share": 0.6},
+    "slow sampling": {"rate": 1000.0},
+    "past the loss of contact": {"end": 0.03},
+    "no repeats": {"repeats": 1},
+    "few trials": {"repeats": 1, "conditions": CONDITIONS[:4]},
+    "one pretension": {"conditions": CONDITIONS[:5]},
+}
+
+
+@pytest.mark.parametrize("case", HEALTHY)
+def test_no_false_alarm(case):
+    for seed in range(5):
+        quality = assess_dataset(made_up(seed, **HEALTHY[case]))
+        assert quality.excluded == {}
+        assert len(quality.used) == len(quality.trials)
+
+
+def test_offset_and_trigger_are_reported_not_excluded():
+    dataset = made_up(3)
+    trial = dataset.trials[6]
+    late = replace(trial, trace=Trace(trial.trace.time + 1 / 8000.0, trial.trace.force))
+    quality = assess_dataset(with_trial(dataset, 6, late))
+    assert quality.excluded == {}
+    assert abs(quality.trials[6].trigger_offset * 8000.0 - 1.0) < 0.3
+    assert all(abs(t.trigger_offset) * 8000.0 < 0.5 for i, t in enumerate(quality.trials) if i != 6)
+    assert "the trigger is off by a sample or more in t006" in quality.warnings
+    shifted = replace(
+        dataset, trials=tuple(with_force(trial, trial.trace.force + 5.0) for trial in dataset.trials)
+    )
+    quality = assess_dataset(shifted)
+    assert quality.excluded == {}
+    assert abs(quality.noise.offset - 5.0) < 0.2
+    assert any("the sensor reads +" in warning for warning in quality.warnings)
+
+
+def relabel(dataset, index, rng, column):
+    trial = dataset.trials[index]
+    if column == "contact_velocity":
+        return replace(
+            trial, contact_velocity=rng.choice([v for v, _ in CONDITIONS if v != trial.contact_velocity])
+        )
+    return replace(trial, pretension=160.0 - trial.pretension)
+
+
+def change(kind, dataset, index, rng):
+    """One trial with a fault."""
+    if kind in ("contact_velocity", "pretension"):
+        return relabel(dataset, index, rng, kind)
+    trial = dataset.trials[index]
+    time, force = trial.trace.time, trial.trace.force.copy()
+    start = np.searchsorted(time, 0.0)
+    held = int(np.count_nonzero(contact_force(time, *trial.condition) > 0.0))
+    hit = start + int(held * rng.uniform(0.15, 0.6))
+    some, peak = max(6, held // 6), force.max()
+    noise = rng.normal(0.0, 1.0, force.size).round(1)
+    match kind:
+        case "dead":
+            force = noise
+        case "noisy":
+            force = force + 0.15 * peak * noise
+        case "dropout":
+            force[hit : hit + some] = noise[hit : hit + some]
+        case "cable off":
+            force[hit:] = noise[hit:]
+        case "spike":
+            force[hit] += 0.25 * peak * rng.choice([-1, 1])
+        case "stuck":
+            force[hit : hit + some] = force[hit]
+        case "clipped":
+            force = np.minimum(force, np.round(0.85 * peak))
+        case "wrong range":
+            force[start:] *= 0.75
+        case "peak column":
+            return replace(trial, peak_force=1.3 * trial.peak_force)
+    return with_force(trial, force)
+
+
+KINDS = {
+    "dead": "no impact is seen",
+    "noisy": "scatters by",
+    "dropout": "drops out",
+    "cable off": "drops out",
+    "spike": "spike",
+    "stuck": "sticks at",
+    "clipped": "is cut off at",
+    "wrong range": "differs from the other trials",
+    "contact_velocity": "wrong label? it looks like a trial at",
+    "pretension": "wrong label? it looks like a trial at",
+    "peak column": "but its trace peaks at",
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_faulty_trial_is_found_named_and_alone(kind):
+    rng = np.random.default_rng(7)
+    found, named = 0, 0
+    for run in range(20):
+        dataset = made_up(run % 4)
+        index = int(rng.integers(len(dataset.trials)))
+        faulty = change(kind, dataset, index, rng)
+        quality = assess_dataset(with_trial(dataset, index, faulty))
+        assert set(quality.excluded) <= {faulty.name}
+        found += faulty.name in quality.excluded
+        named += KINDS[kind] in quality.excluded.get(faulty.name, "")
+    assert found >= 19 and named >= 17, (found, named)
+
+
+def test_a_wrong_label_is_told_where_it_belongs():
+    dataset = made_up(0)
+    wrong = replace(dataset.trials[6], contact_velocity=0.1)
+    (reason,) = assess_dataset(with_trial(dataset, 6, wrong)).excluded.values()
+    assert "it looks like a trial at 0.3 m/s and 60 N" in reason
+
+
+def test_faults_that_many_trials_share_exclude_none():
+    dataset = made_up(0)
+    limited = tuple(with_force(t, np.minimum(t.trace.force, 150.0)) for t in dataset.trials)
+    quality = assess_dataset(replace(dataset, trials=limited))
+    assert quality.excluded == {}
+    assert any("look faulty, too many to leave out" in warning for warning in quality.warnings)
+
+
+def test_peaks_only():
+    dataset = made_up(0)
+    peaks = replace(dataset, trials=tuple(replace(trial, trace=None) for trial in dataset.trials))
+    quality = assess_dataset(peaks)
+    assert quality.excluded == {} and quality.noise.std == 1.0 and quality.noise.source == "stated"
+    wrong = replace(peaks.trials[9], peak_force=0.6 * peaks.trials[9].peak_force)
+    assert list(assess_dataset(with_trial(peaks, 9, wrong)).excluded) == ["t009"]
+    unknown = replace(peaks, measurement=Measurement())
+    assert assess_dataset(unknown).noise.source == "repeats"
+    single = replace(unknown, trials=unknown.trials[::2])
+    assert assess_dataset(single).noise.source == "assumed"
+    assert any("is unknown and assumed" in warning for warning in assess_dataset(single).warnings)
+
+
+def test_noise_stated_wrongly_is_said():
+    dataset = made_up(0, std=1.0)
+    claimed = replace(dataset, measurement=Measurement(0.3))
+    quality = assess_dataset(claimed)
+    assert quality.noise.std == 0.3
+    assert any("force_noise_std_n is stated as 0.3 N" in warning for warning in quality.warnings)
+    assert assess_dataset(made_up(0, stated=False)).noise.source == "approach"
+
+
+def test_one_trial_by_itself():
+    quality = assess(made_up(0).trials[8], IMPACT_TIME)
+    assert quality.faults == () and quality.sample_rate == pytest.approx(8000.0)
+    assert quality.quantisation == pytest.approx(0.05)
+    assert 0.5 < quality.approach.noise_std < 1.6
+    peak = contact_force(np.linspace(0, 0.012, 20001), 0.35, 60.0).max()
+    assert quality.phase.peak_force == pytest.approx(peak, rel=0.02)
+
+
+def test_one_faulty_trial_among_hundreds():
+    dataset = made_up(0)
+    many = tuple(replace(t, name=f"{t.name}-{k}") for k in range(15) for t in dataset.trials)
+    dataset = with_trial(replace(dataset, trials=many), 123, replace(many[123], pretension=100.0))
+    assert many[123].pretension == 60.0
+    assert list(assess_dataset(dataset).excluded) == [many[123].name]
