@@ -4,7 +4,6 @@ The mass's velocity V = x' obeys m V'' + d V' + K V = k_C v with V(0) = 0, V'(0)
 two exponentials with complex rates; the contact force is the integral of k_C (v - V).
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import mpmath as mp
@@ -56,7 +55,8 @@ def inflection(sample: Sample) -> mp.mpf | None:
         angle = mp.arg(ratio) % (2 * mp.pi)
         return (angle if angle > mp.mpf(10) ** -9 else angle + 2 * mp.pi) / (2 * mp.im(rates[0]))
     growth = mp.re(ratio)
-    return mp.log(growth) / mp.re(rates[0] - rates[1]) if growth > 1 else None
+    is_turning = growth > 1 + mp.mpf(10) ** -30
+    return mp.log(growth) / mp.re(rates[0] - rates[1]) if is_turning else None
 
 
 def peak(sample: Sample) -> Truth | None:
@@ -64,35 +64,53 @@ def peak(sample: Sample) -> Truth | None:
     end = inflection(sample)
     if end is None or force_rate(sample, end) >= 0:
         return None
+    rates, amounts, settled = _motion(sample)
+    steady = mp.mpf(sample[4]) - settled
+
+    def rate(t: mp.mpf) -> mp.mpf:
+        return steady - mp.re(sum(a * mp.exp(q * t) for a, q in zip(amounts, rates, strict=True)))
+
+    def rate_slope(t: mp.mpf) -> mp.mpf:
+        return -mp.re(sum(a * q * mp.exp(q * t) for a, q in zip(amounts, rates, strict=True)))
+
     low, high = mp.mpf(0), end
-    for _ in range(180):  # halvings: 54 digits, with no assumption on the rate's shape
+    for _ in range(50):  # halvings assume nothing about the rate's shape
         middle = (low + high) / 2
-        low, high = (middle, high) if force_rate(sample, middle) > 0 else (low, middle)
-    return Truth(force(sample, low), low)
+        low, high = (middle, high) if rate(middle) > 0 else (low, middle)
+    t_max = low
+    for _ in range(4):  # 15 digits, doubled four times
+        t_max -= rate(t_max) / rate_slope(t_max)
+    return Truth(force(sample, t_max), t_max)
 
 
-def derivatives(
-    of: Callable[[Sample], mp.mpf], sample: Sample, scales: Sample
-) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient and Hessian by central differences with steps of 1e-12 of `scales`."""
+def derivatives(sample: Sample, scales: Sample) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient (2, 6) and Hessian (2, 6, 6) of F_max and t_max, by central differences.
+
+    The steps are 1e-12 of `scales`: with 60 digits neither rounding nor truncation reaches float64.
+    """
     steps = [mp.mpf(scale) * mp.mpf(10) ** -12 for scale in scales]
 
-    def at(**moves: int) -> mp.mpf:
+    def at(*moves: tuple[int, int]) -> mp.matrix:
         point = [mp.mpf(x) for x in sample]
-        for index, sign in moves.items():
-            point[int(index[1:])] += sign * steps[int(index[1:])]
-        return of(tuple(point))  # type: ignore[arg-type]
+        for index, sign in moves:
+            point[index] += sign * steps[index]
+        result = peak(tuple(point))  # type: ignore[arg-type]
+        assert result is not None
+        return mp.matrix(result)
 
     n = len(sample)
     centre = at()
-    gradient, hessian = np.zeros(n), np.zeros((n, n))
+    gradient, hessian = np.zeros((2, n)), np.zeros((2, n, n))
     for i in range(n):
-        up, down = at(**{f"p{i}": 1}), at(**{f"p{i}": -1})
-        gradient[i] = (up - down) / (2 * steps[i])
-        hessian[i, i] = (up - 2 * centre + down) / steps[i] ** 2
+        up, down = at((i, 1)), at((i, -1))
+        gradient[:, i] = list((up - down) / (2 * steps[i]))
+        hessian[:, i, i] = list((up - 2 * centre + down) / steps[i] ** 2)
         for j in range(i):
-            corners = sum(si * sj * at(**{f"p{i}": si, f"p{j}": sj}) for si in (1, -1) for sj in (1, -1))
-            hessian[i, j] = hessian[j, i] = corners / (4 * steps[i] * steps[j])
+            same, opposite = (
+                at((i, 1), (j, 1)) + at((i, -1), (j, -1)),
+                at((i, 1), (j, -1)) + at((i, -1), (j, 1)),
+            )
+            hessian[:, i, j] = hessian[:, j, i] = list((same - opposite) / (4 * steps[i] * steps[j]))
     return gradient, hessian
 
 

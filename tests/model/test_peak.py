@@ -1,0 +1,198 @@
+"""The peak force against 60-digit truth: over the wide box, at its corners, in its limits, near the fold."""
+
+import itertools
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from acf_jax.files import read_yaml_mapping
+from acf_jax.model import Impact, Rig, contact_force_rate, find_peak, find_peaks
+from acf_jax.model.blocks import BLOCK
+from acf_jax.model.printed_eq10 import find_peak_by_printed_eq10
+from tests import truth
+
+REPOSITORY = Path(__file__).parents[2]
+
+one_peak = jax.jit(find_peak)
+
+LIMITS = {
+    "undamped": (4.0, 0.0, 3000.0, 2e5, 0.2, 100.0),
+    "no actuator stiffness": (4.0, 200.0, 0.0, 2e5, 0.2, 100.0),
+    "neither": (4.0, 0.0, 0.0, 2e5, 0.2, 100.0),
+    "no pretension": (4.0, 200.0, 3000.0, 2e5, 0.2, 0.0),
+    "no pretension, nothing else": (4.0, 0.0, 0.0, 2e5, 0.2, 0.0),
+    "critical, exactly": (1.0, 200.0, 0.0, 1e4, 0.1, 300.0),
+    "critical, from below": (1.0, 200.0 * (1 - 1e-12), 10.0, 1e4, 0.1, 300.0),
+    "critical, from above": (1.0, 200.0 * (1 + 1e-9), 0.0, 1e4, 0.1, 300.0),
+    "slow": (4.0, 200.0, 3000.0, 2e5, 1e-9, 100.0),
+    "fast": (4.0, 200.0, 3000.0, 2e5, 100.0, 100.0),
+    "soft contact": (4.0, 5.0, 1000.0, 500.0, 0.05, 100.0),
+    "overdamped fivefold": (1.0, 1000.0, 0.0, 1e4, 0.01, 300.0),
+    "overdamped hundredfold": (1.0, 20000.0, 1.0, 1e4, 0.001, 500.0),
+    "overdamped, barely turning": (1.0, 250.0, 0.0, 1e4, 0.1, 20.0001),
+}
+
+
+def batch(samples: np.ndarray) -> tuple[Rig, Impact]:
+    return Rig(*samples[:, :4].T), Impact(*samples[:, 4:].T)
+
+
+def corners_of_the_wide_box() -> np.ndarray:
+    corners = []
+    for m, zeta, k_f, k_c, v, f_p in itertools.product(
+        (0.5, 10), (0, 1.5), (0, 1e4), (1e4, 1e6), (0.01, 1), (0, 500)
+    ):
+        corners.append((m, 2 * zeta * np.sqrt(m * (k_f + k_c)), k_f, k_c, v, f_p))
+    return np.array(corners, float)
+
+
+def assert_matches_truth(samples: np.ndarray, force: float, time: float) -> None:
+    peaks = find_peaks(*batch(samples))
+    exact = [truth.peak(tuple(sample)) for sample in samples.astype(float)]
+    np.testing.assert_array_equal(peaks.has_peak, [e is not None for e in exact])
+    assert peaks.f_max.dtype == samples.dtype
+    for sample, f_max, t_max, e in zip(samples, peaks.f_max, peaks.t_max, exact, strict=True):
+        assert np.isfinite(f_max) and np.isfinite(t_max), sample
+        if e is not None:
+            assert abs(float(f_max) / e.f_max - 1) < force, sample
+            assert abs(float(t_max) / e.t_max - 1) < time, sample
+
+
+@pytest.mark.parametrize(
+    "samples", [truth.wide_box(200, seed=1), corners_of_the_wide_box()], ids=("box", "corners")
+)
+def test_matches_truth_in_float64(samples):
+    assert_matches_truth(samples, force=1e-14, time=1e-11)
+
+
+@pytest.mark.parametrize(
+    "samples", [truth.wide_box(200, seed=2), corners_of_the_wide_box()], ids=("box", "corners")
+)
+def test_matches_truth_in_float32(samples):
+    assert_matches_truth(samples.astype(np.float32), force=2e-6, time=1e-3)
+
+
+@pytest.mark.parametrize("sample", LIMITS.values(), ids=LIMITS.keys())
+def test_matches_truth_in_the_limits(sample):
+    assert_matches_truth(np.array([sample]), force=1e-12, time=1e-7)
+
+
+def at_the_fold(sample: tuple[float, ...]) -> float:
+    """The k_f at which the sample's peak vanishes, to rounding."""
+    m, d, _, k_c, v, f_p = sample
+    low, high = 0.0, 1e6
+    while high - low > 1e-14 * high:
+        middle = (low + high) / 2
+        has_peak = one_peak(Rig(m, d, middle, k_c), Impact(v, f_p)).has_peak
+        low, high = (middle, high) if has_peak else (low, middle)
+    return low
+
+
+@pytest.mark.parametrize("zeta", [0.05, 0.5, 1.0, 1.4])
+@pytest.mark.parametrize("distance", [1e-2, 1e-6, 1e-10])
+def test_matches_truth_next_to_the_fold(zeta, distance):
+    sample = (2.0, 2 * zeta * np.sqrt(2.0 * 1e5), 0.0, 1e5, 0.8, 400.0 * zeta)
+    k_f = at_the_fold(sample)
+    inside = np.array([(*sample[:2], k_f * (1 - distance), *sample[3:])])
+    # a time next to a double root holds half the digits of the data
+    assert_matches_truth(inside, force=1e-12, time=1e-14 / np.sqrt(distance) + 1e-12)
+    outside = np.array([(*sample[:2], k_f * (1 + distance), *sample[3:])])
+    assert truth.peak(tuple(outside[0])) is None
+    assert not find_peaks(*batch(outside)).has_peak[0]
+
+
+def test_no_peak_gives_the_inflection():
+    sample = (4.0, 500.0, 9000.0, 2e4, 0.8, 50.0)
+    assert truth.peak(sample) is None
+    peak, inflection = one_peak(Rig(*sample[:4]), Impact(*sample[4:])), truth.inflection(sample)
+    assert not peak.has_peak
+    assert abs(float(peak.t_max) / inflection - 1) < 1e-12
+    assert abs(float(peak.f_max) / truth.force(sample, inflection) - 1) < 1e-12
+
+
+def test_no_peak_and_no_inflection_gives_a_settled_force():
+    sample = (1.0, 300.0, 5000.0, 1e4, 0.5, 0.0)
+    assert truth.inflection(sample) is None
+    peak = one_peak(Rig(*sample[:4]), Impact(*sample[4:]))
+    assert not peak.has_peak
+    assert abs(float(peak.f_max) / truth.force(sample, float(peak.t_max)) - 1) < 1e-12
+
+
+def test_nothing_happens_without_velocity():
+    peak = one_peak(Rig(4.0, 100.0, 1000.0, 1e5), Impact(0.0, 80.0))
+    assert peak.has_peak and peak.t_max == 0
+    np.testing.assert_allclose(peak.f_max, 80.0, rtol=1e-15)
+    rest = one_peak(Rig(4.0, 100.0, 1000.0, 1e5), Impact(0.0, 0.0))
+    assert rest.f_max == 0 and np.isfinite(rest.t_max)
+
+
+def test_batch_equals_samples_across_blocks():
+    rig, impact = batch(truth.wide_box(BLOCK + 7, seed=3))
+    blocked, mapped = find_peaks(rig, impact), jax.jit(jax.vmap(find_peak))(rig, impact)
+    for x, y in zip(blocked, mapped, strict=True):
+        np.testing.assert_allclose(x, y, rtol=1e-13)
+
+
+def test_the_root_is_the_first_one():
+    """On a dense scan the force's rate has one sign up to t_max."""
+    rig, impact = batch(truth.wide_box(300, seed=4))
+    peaks = find_peaks(rig, impact)
+    times = jnp.linspace(0, 1, 400, endpoint=False)[None, :] * peaks.t_max[:, None]
+    rates = jax.jit(jax.vmap(jax.vmap(contact_force_rate, (None, None, 0))))(rig, impact, times)
+    assert (rates[peaks.has_peak] > 0).all()
+    assert 0.75 < peaks.has_peak.mean() < 0.9
+
+
+def test_table_1_of_the_paper():
+    """One rig reproduces the model column of Table 1."""
+    rig = Rig(**read_yaml_mapping(REPOSITORY / "configs/table1_rig.yaml")["rig"])
+    for v_e, paper in zip((0.05, 0.1, 0.2, 0.3, 0.35), (108, 130, 195, 271, 310), strict=True):
+        assert abs(one_peak(rig, Impact(v_e, 100.0)).f_max - paper) < 0.5
+
+
+@settings(max_examples=60, deadline=None)
+@given(m=st.floats(0.5, 10), k_c=st.floats(1e4, 1e6), v=st.floats(0.01, 1), f_p=st.floats(0, 500))
+def test_undamped_without_actuator_is_an_energy_balance(m, k_c, v, f_p):
+    peak = one_peak(Rig(m, 0.0, 0.0, k_c), Impact(v, f_p))
+    np.testing.assert_allclose(peak.f_max, np.sqrt(f_p**2 + k_c * m * v**2), rtol=1e-14)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    m=st.floats(0.5, 10),
+    zeta=st.floats(0, 1.5),
+    k_f=st.floats(0, 1e4),
+    k_c=st.floats(1e4, 1e6),
+    v=st.floats(0.01, 1),
+    f_p=st.floats(0, 490),
+    more=st.floats(0.01, 10),
+)
+def test_peak_grows_with_pretension_and_exceeds_it(m, zeta, k_f, k_c, v, f_p, more):
+    rig = Rig(m, 2 * zeta * np.sqrt(m * (k_f + k_c)), k_f, k_c)
+    less_force, more_force = one_peak(rig, Impact(v, f_p)), one_peak(rig, Impact(v, f_p + more))
+    if less_force.has_peak and more_force.has_peak:
+        assert less_force.f_max <= more_force.f_max * (1 + 1e-15)
+        assert less_force.f_max >= f_p
+
+
+def test_printed_eq10_is_exact_only_without_damping_or_actuator():
+    printed = jax.jit(find_peak_by_printed_eq10)
+    impact = Impact(0.3, 100.0)
+    for rig in (Rig(4.0, 0.0, 8000.0, 1e5), Rig(4.0, 700.0, 0.0, 1e5)):
+        np.testing.assert_allclose(printed(rig, impact).t_max, one_peak(rig, impact).t_max, rtol=1e-12)
+    rig = Rig(4.0, 700.0, 8000.0, 1e5)
+    assert printed(rig, impact).t_max < 0.99 * one_peak(rig, impact).t_max
+
+
+def test_printed_eq10_finds_peaks_that_do_not_exist():
+    rig, impact = batch(truth.wide_box(20_000, seed=5))
+    full, printed = find_peaks(rig, impact), jax.jit(jax.vmap(find_peak_by_printed_eq10))(rig, impact)
+    both = full.has_peak & printed.has_peak
+    error = jnp.abs(printed.f_max / full.f_max - 1)[both]
+    assert (printed.has_peak & ~full.has_peak).sum() > 100
+    assert 0.005 < error.max() < 0.05 and jnp.median(error) < 1e-5
