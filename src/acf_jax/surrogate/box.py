@@ -1,0 +1,49 @@
+"""The parameter box of a surrogate: which samples lie in it, and what to say of those that do not."""
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from acf_jax.model import Impact, Rig
+
+UNITS = {"m": "kg", "zeta": "1", "k_f": "N/m", "k_c": "N/m", "v_e": "m/s", "f_p": "N"}
+
+# Values that were computed, such as zeta from d, may miss the box's face by rounding.
+_ROUNDING = 1e-5
+
+
+@dataclass(frozen=True)
+class Box:
+    """Lowest and highest value of m, zeta (which stands for d), k_F, k_C, v_E and F_P, in SI units."""
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    def has(self, rig: Rig, impact: Impact) -> Bool[Array, "6"]:
+        """Which of the six values of one sample lie in the box."""
+        x, low, high = _values(rig, impact), jnp.asarray(self.low), jnp.asarray(self.high)
+        slack = _ROUNDING * jnp.maximum(jnp.abs(low), jnp.abs(high))
+        return (x >= low - jnp.minimum(slack, _ROUNDING * (high - low))) & (x <= high + slack)
+
+    def faults(self, rig: Rig, impact: Impact, inside: np.ndarray) -> list[str]:
+        """One line for each parameter that leaves the box, given `inside` of shape (N, 6)."""
+        found = []
+        rows = np.stack([np.ravel(x) for x in _values(rig, impact)], axis=-1)
+        for i, (name, unit) in enumerate(UNITS.items()):
+            outside = np.flatnonzero(~inside[:, i])
+            if outside.size:
+                found.append(
+                    f"{name} must be {self.low[i]:g} to {self.high[i]:g} {unit}, but is "
+                    f"{rows[outside[0], i]:g} in sample {outside[0]}{_and_more(outside.size)}"
+                )
+        return found
+
+
+def _values(rig: Rig, impact: Impact) -> Float[Array, "6 *batch"]:
+    return jnp.stack([rig.m, rig.zeta, rig.k_f, rig.k_c, impact.v_e, impact.f_p])
+
+
+def _and_more(count: int) -> str:
+    return f" (and {count - 1} more)" if count > 1 else ""

@@ -1,0 +1,65 @@
+"""A file without pickle: one line of JSON, then the leaves of a pytree.
+
+**Source:** the layout is that of equinox's serialisation example; a checksum makes a damaged file a
+fault of the file instead of a wrong force.
+"""
+
+import hashlib
+import io
+import json
+import os
+from pathlib import Path
+from typing import Any, TypeVar
+
+import equinox as eqx
+
+from acf_jax.errors import InputError
+
+Tree = TypeVar("Tree")
+
+_LONGEST_HEADER = 10_000_000
+
+
+def write_tree(path: Path, header: dict[str, Any], tree: Any) -> None:
+    """Write `header` and the arrays of `tree`; the file is whole, or the one before it, at any moment."""
+    body = io.BytesIO()
+    eqx.tree_serialise_leaves(body, tree)
+    checksum = hashlib.sha256(body.getvalue()).hexdigest()
+    line = json.dumps({**header, "sha256": checksum}, allow_nan=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.partial")
+    with partial.open("wb") as file:
+        file.write(line.encode() + b"\n" + body.getvalue())
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(partial, path)
+
+
+def read_header(path: Path) -> tuple[dict[str, Any], bytes]:
+    """Header and body of a file; `InputError` when it is none, or not whole."""
+    try:
+        with path.open("rb") as file:
+            line, body = file.readline(_LONGEST_HEADER), file.read()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check the path") from None
+    try:
+        header = json.loads(line)
+    except (ValueError, RecursionError):
+        header = None
+    if not isinstance(header, dict) or "sha256" not in header:
+        raise InputError(f"{path}: does not start with a JSON header; name a file that train.fit wrote")
+    if hashlib.sha256(body).hexdigest() != header["sha256"]:
+        raise InputError(f"{path}: is cut off or damaged (its checksum differs); copy or train it again")
+    return header, body
+
+
+def read_leaves(path: Path, body: bytes, like: Tree) -> Tree:
+    """The pytree `like` with the leaves in `body`; `InputError` when they do not fit it."""
+    stream = io.BytesIO(body)
+    try:
+        tree: Tree = eqx.tree_deserialise_leaves(stream, like)
+    except (RuntimeError, ValueError, EOFError, OSError, TypeError):
+        raise InputError(f"{path}: its leaves do not fit its header; train it again") from None
+    if stream.read(1):
+        raise InputError(f"{path}: has more leaves than its header says; train it again")
+    return tree

@@ -1,0 +1,201 @@
+"""The configuration of a training run: one frozen model, every fault at once."""
+
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import yaml
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from acf_jax.errors import InputError
+from acf_jax.files import read_yaml_mapping
+from acf_jax.surrogate.box import UNITS
+from acf_jax.surrogate.load import Shape
+
+FeatureName = Literal["raw", "dimensionless", "fold"]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Range(_Part):
+    """Lowest and highest value of one parameter, and how samples spread between them."""
+
+    low: float = Field(ge=0)
+    high: float = Field(ge=0)
+    unit: str
+    scale: Literal["linear", "log"] = "linear"
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        if self.low >= self.high:
+            raise ValueError(f"low ({self.low:g}) must be below high ({self.high:g}); swap or widen them")
+        if self.scale == "log" and self.low == 0:
+            raise ValueError("a log scale cannot start at 0; raise low or use scale: linear")
+        return self
+
+
+class Ranges(_Part):
+    """The box of parameters; zeta is the damping ratio and sets d = 2 zeta sqrt(m (k_F + k_C))."""
+
+    m: Range
+    zeta: Range
+    k_f: Range
+    k_c: Range
+    v_e: Range
+    f_p: Range
+
+    @field_validator(*UNITS)
+    @classmethod
+    def _is_physical(cls, value: Range, info: ValidationInfo) -> Range:
+        name = str(info.field_name)
+        faults = []
+        if value.unit != UNITS[name]:
+            faults.append(
+                f"unit must be {UNITS[name]}, but is {value.unit}; convert the range to {UNITS[name]}"
+            )
+        if name in ("m", "k_c", "v_e") and value.low == 0:
+            faults.append(f"low must be above 0; the model needs a positive {name}")
+        if faults:
+            raise ValueError("\n".join(faults))
+        return value
+
+
+class Samples(_Part):
+    """How many samples, and by which low-discrepancy design."""
+
+    train: int = Field(ge=1024, le=2**24)
+    held_out: int = Field(default=2**18, ge=1024, le=2**24, description="set the error bound")
+    test: int = Field(default=2**18, ge=1024, le=2**24, description="give the errors in the report")
+    method: Literal["sobol", "latin_hypercube"] = "sobol"
+
+
+class Optimiser(_Part):
+    """Adam with a linear warm-up and a cosine decay."""
+
+    learning_rate: float = Field(gt=0, description="highest, reached after the warm-up")
+    final_fraction: float = Field(default=1e-4, ge=0, le=1, description="last learning rate/highest")
+    warm_up_steps: int = Field(default=500, ge=0)
+    steps: int = Field(ge=1, le=10**8)
+    batch: int = Field(default=1024, ge=1, le=2**20)
+    steps_per_checkpoint: int = Field(default=2000, ge=1)
+
+    @model_validator(mode="after")
+    def _has_time_to_decay(self) -> Self:
+        if self.warm_up_steps >= self.steps:
+            raise ValueError(
+                f"warm_up_steps ({self.warm_up_steps}) must be below steps ({self.steps}); "
+                "shorten the warm-up"
+            )
+        return self
+
+
+class TableRig(_Part):
+    """A rig's parameters."""
+
+    m: float = Field(gt=0)  # kg
+    d: float = Field(ge=0)  # N s/m
+    k_f: float = Field(ge=0)  # N/m
+    k_c: float = Field(gt=0)  # N/m
+
+
+class Table1(_Part):
+    """The rig that stands for the paper's in Table 1; F_P and the velocities are the table's own."""
+
+    rig: TableRig
+
+
+class Config(_Part):
+    """Everything a run depends on; a run's folder keeps it, resolved, as config.yaml."""
+
+    output: Path = Field(description="folder of the run, from the working directory")
+    seed: int = Field(default=0, ge=0, lt=2**31)
+    precision: Literal["float32", "float64"] = "float32"
+    features: FeatureName = "fold"
+    compare: tuple[FeatureName, ...] = Field(default=(), description="trained too, on the same budget")
+    ranges: Ranges
+    samples: Samples
+    network: Shape
+    optimiser: Optimiser
+    table1: Table1 | None = None
+
+    @property
+    def all_features(self) -> tuple[FeatureName, ...]:
+        """The default feature set, then those it is compared with, each once."""
+        return tuple(dict.fromkeys((self.features, *self.compare)))
+
+
+def read_config(path: Path, changes: tuple[str, ...] = ()) -> Config:
+    """The configuration in `path` with `key=value` changes applied; `InputError` lists every fault."""
+    values = read_yaml_mapping(path)
+    faults = [fault for change in changes if (fault := _apply(values, change))]
+    faults += _include_rig(path, values)
+    config = None
+    try:
+        config = Config.model_validate(values)
+    except ValidationError as error:
+        faults += [line for fault in error.errors() for line in _lines(path, dict(fault))]
+    if faults or config is None:
+        raise InputError(faults)
+    return config
+
+
+def to_yaml(config: Config) -> str:
+    """The configuration with every default written out."""
+    return yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False)
+
+
+def _apply(values: dict[str, Any], change: str) -> str | None:
+    """Put one `a.b=value` into `values`; a fault as text."""
+    key, equals, text = change.partition("=")
+    *parents, last = key.split(".")
+    if not equals or not all((*parents, last)):
+        return f"--set {change}: must read key=value, such as --set optimiser.steps=1000"
+    for parent in parents:
+        values = values.setdefault(parent, {})
+        if not isinstance(values, dict):
+            return f"--set {change}: '{parent}' has no keys below it; shorten the key"
+    try:
+        values[last] = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return f"--set {change}: '{text}' is not a YAML value; quote it"
+    return None
+
+
+def _include_rig(path: Path, values: dict[str, Any]) -> list[str]:
+    """Replace `table1: file.yaml`, a rig's file beside the configuration, by what it holds."""
+    name = values.get("table1")
+    if not isinstance(name, str):
+        return []
+    try:
+        values["table1"] = read_yaml_mapping(path.parent / name)
+    except InputError as error:
+        values["table1"] = None
+        return [f"{path}: table1: {fault}" for fault in error.faults]
+    return []
+
+
+_REMEDIES = {
+    "extra_forbidden": "unknown key; remove it or correct its spelling",
+    "missing": "is missing; add it",
+}
+
+
+def _lines(path: Path, fault: dict[str, Any]) -> list[str]:
+    """A pydantic error as lines `file: dotted.path: problem; remedy`."""
+    where = ".".join(str(part) for part in fault["loc"])
+    if fault["type"] == "value_error":
+        problems = str(fault["ctx"]["error"]).split("\n")
+    elif fault["type"] in _REMEDIES:
+        problems = [_REMEDIES[fault["type"]]]
+    else:
+        problems = [f"{fault['msg'].lower()}, but is {fault['input']!r}; correct the value"]
+    return [f"{path}: {where}: {problem}" for problem in problems]
