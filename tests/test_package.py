@@ -1,0 +1,197 @@
+"""What a user installs: the wheel, its commands, and the order in which its parts know each other."""
+
+import ast
+import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+from itertools import chain
+from pathlib import Path
+
+import pytest
+
+from acf_jax import __version__
+from acf_jax.cli.main import commands
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "src/acf_jax"
+PEAK = (
+    "peak",
+    "--m",
+    "4",
+    "--d",
+    "0",
+    "--k-f",
+    "0",
+    "--k-c",
+    "175561",
+    "--v-e",
+    "0.2",
+    "--f-p",
+    "100",
+    "--json",
+)
+COMMANDS = commands.list_commands(None)
+
+# A part may import parts above it and its own, never parts below.
+LAYERS = [
+    {"errors", "files"},
+    {"model"},
+    {"identify", "surrogate"},
+    {"effects"},
+    {"simulator"},
+    {"dataset"},
+    {"diagnosis"},
+    {"report"},
+    {"cli"},
+]
+
+
+def run(*command: str, **environment: str) -> str:
+    """What `command` prints, run in the repository's root."""
+    variables = os.environ | environment
+    finished = subprocess.run(command, cwd=ROOT, env=variables, capture_output=True, text=True, check=False)
+    assert finished.returncode == 0, f"{' '.join(command)}\n{finished.stdout}\n{finished.stderr}"
+    return finished.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
+    run(*pip, "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(folder), str(ROOT))
+    return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    """Runs Python outside the repository with the wheel's files before all others."""
+    folder = tmp_path_factory.mktemp("installed")
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
+    run(*pip, "install", "-q", "--no-deps", "--target", str(folder), str(wheel))
+
+    def python(*arguments: str) -> str:
+        environment = os.environ | {"PYTHONPATH": str(folder)}
+        finished = subprocess.run(
+            [sys.executable, *arguments],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert finished.returncode == 0, finished.stderr
+        return finished.stdout
+
+    origin = python("-c", "import acf_jax; print(acf_jax.__file__)")
+    assert Path(origin.strip()).is_relative_to(folder)
+    return python
+
+
+def test_wheel_holds_the_package_and_nothing_else(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.split("/")[0] for name in names} == {"acf_jax", f"acf_jax-{__version__}.dist-info"}
+    assert "acf_jax/py.typed" in names
+    shipped = {str(f.relative_to(ROOT / "src")) for f in PACKAGE.rglob("*") if f.is_file()}
+    assert {name for name in shipped if "__pycache__" not in name} <= set(names)
+
+
+def test_installed_wheel_answers(installed):
+    assert installed("-m", "acf_jax", "--version").split()[-1] == __version__
+    (peak,) = json.loads(installed("-m", "acf_jax", *PEAK))["peaks"]
+    assert peak["f_max"] == pytest.approx(195.17, abs=0.01)  # 195 N in the paper's Table 1
+
+
+def test_help_needs_no_jax():
+    code = (
+        "import sys\nfrom acf_jax.cli.main import commands\n"
+        "commands(['--help'], standalone_mode=False)\n"
+        "print(sorted({'jax', 'numpy', 'scipy'} & set(sys.modules)))"
+    )
+    assert run(sys.executable, "-c", code).splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_helps_with_an_example(name):
+    usage, text = run(sys.executable, "-m", "acf_jax", name, "--help").split("\n", 1)
+    assert usage.startswith("Usage: python -m acf_jax")
+    assert f"python -m acf_jax {name} " in text
+
+
+def modules() -> dict[str, set[str]]:
+    """Each module of the package with the modules of the package that it imports."""
+    files = {".".join(f.relative_to(ROOT / "src").with_suffix("").parts): f for f in PACKAGE.rglob("*.py")}
+    graph = {}
+    for name, file in files.items():
+        found = set()
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+        known = {f.removesuffix(".__init__") for f in files}
+        graph[name.removesuffix(".__init__")] = found & known - {name.removesuffix(".__init__")}
+    return graph
+
+
+def layer(module: str) -> int | None:
+    part = module.split(".")[1] if "." in module else ""
+    return next((i for i, parts in enumerate(LAYERS) if part in parts), None)
+
+
+def test_imports_go_one_way():
+    upwards = [
+        f"{module} imports {other}"
+        for module, others in modules().items()
+        for other in others
+        if (own := layer(module)) is not None and (its := layer(other)) is not None and its > own
+    ]
+    assert not upwards
+
+
+def test_imports_have_no_cycle():
+    graph, done = modules(), set()
+
+    def visit(module: str, path: tuple[str, ...]) -> None:
+        assert module not in path, " -> ".join((*path, module))
+        if module not in done:
+            # A package's __init__ collects its modules; they may name the package's other modules.
+            for other in graph[module]:
+                if not module.startswith(f"{other}."):
+                    visit(other, (*path, module))
+            done.add(module)
+
+    for module in graph:
+        visit(module, ())
+
+
+def test_library_imports_neither_training_nor_benchmarks():
+    for file in PACKAGE.rglob("*.py"):
+        imported = re.findall(
+            r"^\s*(?:from|import) (train|benchmarks|tests)\b", file.read_text("utf-8"), re.M
+        )
+        assert not imported, file
+
+
+def test_one_command_checks_everything():
+    fences = re.findall(
+        r"```(?:bash|sh|console)\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.DOTALL
+    )
+    test_command = next(line for fence in fences for line in fence.splitlines() if "python -m pytest" in line)
+    install, test = test_command.removeprefix("$ ").split(" && ")
+    check = (ROOT / "check.sh").read_text()
+    assert test in check and install.removeprefix("pip install ") in check
+    assert all(step in check for step in ("ruff format --check", "ruff check", "mypy"))
+    assert "./check.sh" in (ROOT / ".ci/run").read_text()
+
+
+def test_constraints_name_every_direct_dependency():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    wanted = [*project["dependencies"], *chain(*project["optional-dependencies"].values())]
+    pinned = {line.split("==")[0] for line in (ROOT / "constraints.txt").read_text().splitlines()}
+    canonical = {re.sub(r"[-_.]+", "-", name).lower() for name in pinned}
+    names = {re.sub(r"[-_.]+", "-", re.split(r"[\[<>=]", entry)[0]).lower() for entry in wanted}
+    assert names - {"acf-jax"} <= canonical
