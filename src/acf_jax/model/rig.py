@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 
@@ -16,13 +17,14 @@ def _check_signs(owner: eqx.Module, positive: tuple[str, ...], not_negative: tup
     """Raise `ValueError` that lists each field outside its range; traced values cannot be checked."""
     faults = []
     for name in positive + not_negative:
-        value = getattr(owner, name)
-        if isinstance(value, jax.core.Tracer):
+        field = getattr(owner, name)
+        if isinstance(field, jax.core.Tracer):
             continue
-        in_range = value > 0 if name in positive else value >= 0
-        if not (in_range & jnp.isfinite(value)).all():
+        value = np.asarray(field)  # NumPy compares without compiling anything
+        in_range = np.isfinite(value) & (value > 0 if name in positive else value >= 0)
+        if not in_range.all():
             range_ = "positive" if name in positive else "zero or positive"
-            shown = value if value.ndim == 0 else value[~(in_range & jnp.isfinite(value))][0]
+            shown = value[~in_range].flat[0]
             faults.append(f"{type(owner).__name__}.{name} must be finite and {range_}, but is {shown:g}")
     if faults:
         raise ValueError("; ".join(faults) + "; give values in SI units (kg, N s/m, N/m, m/s, N)")

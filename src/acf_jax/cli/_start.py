@@ -1,0 +1,20 @@
+"""What commands that compute share: double precision, and compiled code kept between calls."""
+
+import os
+from pathlib import Path
+
+import jax
+
+
+def start_jax() -> None:
+    """Switch JAX to float64 and to a compilation cache in the user's cache folder."""
+    jax.config.update("jax_enable_x64", True)
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    cache = Path(home) / "acf-jax" / "compiled"
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return  # a read-only home costs compile time, nothing else
+    jax.config.update("jax_compilation_cache_dir", str(cache))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)

@@ -1,0 +1,114 @@
+"""The commands `peak` and `identify`, as a user calls them."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from acf_jax.cli.main import commands
+from acf_jax.errors import InputError
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+RIG = ["--m", "4", "--d", "0", "--k-f", "0", "--k-c", "175561"]
+
+
+@pytest.fixture
+def run(monkeypatch, tmp_path):
+    """Call a command; an `InputError` becomes the test's, anything else must have ended well."""
+    monkeypatch.setattr("acf_jax.cli._start.start_jax", lambda: None)  # tests set JAX themselves
+
+    def call(*arguments: str) -> str:
+        result = CliRunner().invoke(commands, [str(a) for a in arguments])
+        if isinstance(result.exception, InputError):
+            raise result.exception
+        assert result.exit_code == 0, result.output
+        return result.output
+
+    return call
+
+
+def test_peak_prints_table_1(run):
+    velocities = [x for v in (0.05, 0.1, 0.2, 0.3, 0.35) for x in ("--v-e", str(v))]
+    output = run("peak", "--rig", CONFIGS / "table1_rig.yaml", "--f-p", "100", *velocities)
+    forces = [float(x) for x in re.findall(r"([\d.]+) N ", output)]
+    assert [round(f) for f in forces] == [108, 130, 195, 271, 310]
+
+
+def test_peak_as_json_with_an_option_in_place_of_the_file(run):
+    arguments = (
+        "peak",
+        "--rig",
+        CONFIGS / "table1_rig.yaml",
+        "--d",
+        "20",
+        "--f-p",
+        "100",
+        "--v-e",
+        "0.2",
+        "--json",
+    )
+    document = json.loads(run(*arguments))
+    assert document["rig"]["d"] == 20
+    (row,) = document["peaks"]
+    assert row["has_peak"] and 190 < row["f_max"] < 196 and 0 < row["t_max"] < 0.01
+
+
+def test_peak_says_where_there_is_none(run):
+    arguments = ("--m", "4", "--d", "1200", "--k-f", "9000", "--k-c", "2e4", "--v-e", "0.8", "--f-p", "50")
+    assert "no peak" in run("peak", *arguments)
+    row = json.loads(run("peak", *arguments, "--json"))["peaks"][0]
+    assert row == {"v_e": 0.8, "f_max": None, "t_max": None, "has_peak": False}
+
+
+def test_peak_plot_is_self_contained(run, tmp_path):
+    plot = tmp_path / "force.html"
+    run("peak", *RIG, "--v-e", "0.1", "--v-e", "0.3", "--f-p", "100", "--plot", plot)
+    page = plot.read_text()
+    assert "0.3 m" in page and "contact force" in page
+    assert not re.search(r"<script[^>]+src=", page)
+
+
+def test_peak_lists_all_faults_at_once(run):
+    with pytest.raises(InputError) as caught:
+        run("peak", "--m", "-4", "--d", "nan", "--v-e", "-0.1", "--plot", "force.pdf")
+    faults = "\n".join(caught.value.faults)
+    for part in ("--m must be", "--d must be", "--k-f is missing", "--k-c is missing", "--f-p is missing"):
+        assert part in faults
+    assert "--v-e must be" in faults and ".html" in faults
+
+
+def test_peak_lists_the_faults_of_a_rig_file(run, tmp_path):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("rig: {m: heavy, d: 0, k_c: 1.0e5, mass: 4}\n")
+    with pytest.raises(InputError) as caught:
+        run("peak", "--rig", rig, "--v-e", "0.1", "--f-p", "10")
+    faults = "\n".join(caught.value.faults)
+    for part in ("rig.m: must be a number", "rig.k_f: is missing", "rig.mass: is not known"):
+        assert part in faults
+
+
+def test_identify_table_1(run):
+    output = run("identify", CONFIGS / "table1.csv", "--rig", CONFIGS / "table1_rig.yaml")
+    for part in ("3.37 %", "1.64 %", "1.90 %", "not at all", "force traces"):
+        assert part in output
+    document = json.loads(run("identify", CONFIGS / "table1.csv", "--json"))
+    assert document["information"]["std_with_nothing_else_known"]["m"] is None
+
+
+def test_identify_lists_all_faults_at_once(run, tmp_path):
+    table = tmp_path / "trials.csv"
+    table.write_text(
+        "contact_velocity_m_per_s,pretension_n,peak_force_n\n0.1,100,fast\n-0.1,100,120\n0.1,100,0\n"
+    )
+    with pytest.raises(InputError) as caught:
+        run("identify", table)
+    faults = "\n".join(caught.value.faults)
+    for part in ("row 2", "not a number", "row 3", "row 4", "must be positive"):
+        assert part in faults
+
+
+@pytest.mark.parametrize("name", ["peak", "identify"])
+def test_help_has_examples(run, name):
+    assert "python -m acf_jax " + name in run(name, "--help")

@@ -1,0 +1,59 @@
+"""What measured peaks identify: Table 1 of the paper, and recovery of a known product."""
+
+import numpy as np
+import pytest
+
+from acf_jax.errors import InputError
+from acf_jax.identify import Peaks, ideal_peak, identify, information, relative_error
+
+V_E = np.array([0.05, 0.1, 0.2, 0.3, 0.35])
+F_P = np.full(5, 100.0)
+PAPER_MODEL = np.array([108.0, 130, 195, 271, 310])
+TABLE_1 = Peaks(V_E, F_P, np.array([110.0, 137, 198, 282, 320]))
+
+
+def test_table_1_gap_shrinks_as_far_as_one_number_can():
+    found = identify(TABLE_1)
+    assert f"{100 * relative_error(PAPER_MODEL, TABLE_1.f_max):.2f}" == "3.37"
+    assert f"{100 * found.error:.2f}" == "1.64"
+    assert f"{100 * found.error_left_out:.2f}" == "1.90"
+    assert found.interval[0] < found.sqrt_k_c_m < found.interval[1]
+
+
+def test_the_paper_s_column_holds_838():
+    assert abs(identify(Peaks(V_E, F_P, PAPER_MODEL)).sqrt_k_c_m - 838) < 2
+
+
+@pytest.mark.parametrize("product", [50.0, 838.0, 5000.0])
+def test_recovers_the_product_of_exact_peaks(product):
+    found = identify(Peaks(V_E, F_P, ideal_peak(product, V_E, F_P)))
+    np.testing.assert_allclose(found.sqrt_k_c_m, product, rtol=1e-9)
+    assert found.error < 1e-9
+
+
+def test_the_interval_covers_the_truth_as_often_as_it_says():
+    random = np.random.default_rng(0)
+    covered = 0
+    for _ in range(400):
+        noisy = ideal_peak(838.0, V_E, F_P) * (1 + 0.02 * random.standard_normal(5))
+        low, high = identify(Peaks(V_E, F_P, noisy)).interval
+        covered += low <= 838.0 <= high
+    assert 0.92 < covered / 400 < 0.98
+
+
+def test_peaks_do_not_tell_mass_from_stiffness():
+    told = information(TABLE_1, identify(TABLE_1))
+    assert told.std_together["m"] == told.std_together["k_c"] == float("inf")
+    assert told.std_alone["sqrt_k_c_m"] < 0.02
+    assert told.std_together["zeta"] > 1 and told.std_together["epsilon"] > 1
+    assert told.rank == 1
+
+
+def test_one_trial_has_no_interval():
+    found = identify(Peaks(V_E[:1], F_P[:1], TABLE_1.f_max[:1]))
+    assert np.isnan(found.interval).all() and found.error_left_out is None
+
+
+def test_peaks_below_the_pretension_are_refused():
+    with pytest.raises(InputError, match=r"no peak exceeds its pretension"):
+        identify(Peaks(V_E, F_P, np.full(5, 99.0)))
