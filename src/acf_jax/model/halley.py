@@ -1,7 +1,7 @@
 """Halley's method, kept inside a bracket, for optimistix."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float, PyTree, Scalar
 
 # f, f' and f'' at a point
 Derivatives = tuple[Scalar, Scalar, Scalar]
+Residual = Callable[[Scalar, PyTree], tuple[Scalar, tuple[Scalar, Scalar]]]
 
 
 def halley_step(y: Scalar, derivatives: Derivatives, lower: Scalar, upper: Scalar) -> Scalar:
@@ -39,19 +40,54 @@ class Halley(optx.AbstractRootFinder[Scalar, Scalar, Any, _HalleyState]):
     atol: float
     norm: Callable[[PyTree], Scalar] = optx.max_norm
 
-    def init(self, fn, y, args, options, f_struct, aux_struct, tags) -> _HalleyState:
+    def init(
+        self,
+        fn: Residual,
+        y: Scalar,
+        args: PyTree,
+        options: dict[str, Any],
+        f_struct: PyTree,
+        aux_struct: PyTree,
+        tags: frozenset[object],
+    ) -> _HalleyState:
         return _HalleyState(jnp.full_like(y, jnp.inf))
 
-    def step(self, fn, y, args, options, state, tags) -> tuple[Scalar, _HalleyState, Any]:
+    def step(
+        self,
+        fn: Residual,
+        y: Scalar,
+        args: PyTree,
+        options: dict[str, Any],
+        state: _HalleyState,
+        tags: frozenset[object],
+    ) -> tuple[Scalar, _HalleyState, Any]:
         f, (slope, curvature) = fn(y, args)
         new_y = halley_step(y, (f, slope, curvature), options["lower"], options["upper"])
         return new_y, _HalleyState(jnp.abs(new_y - y)), (slope, curvature)
 
-    def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], optx.RESULTS]:
+    def terminate(
+        self,
+        fn: Residual,
+        y: Scalar,
+        args: PyTree,
+        options: dict[str, Any],
+        state: _HalleyState,
+        tags: frozenset[object],
+    ) -> tuple[Bool[Array, ""], optx.RESULTS]:
         width = options["upper"] - options["lower"]
         # cubic convergence, in units of the bracket: the next step is of the order of this one cubed
         next_step = state.step * (state.step / width) ** 2
-        return next_step < self.atol + self.rtol * width, optx.RESULTS.successful
+        return next_step < self.atol + self.rtol * width, cast(optx.RESULTS, optx.RESULTS.successful)
 
-    def postprocess(self, fn, y, aux, args, options, state, tags, result) -> tuple[Scalar, Any, dict]:
+    def postprocess(
+        self,
+        fn: Residual,
+        y: Scalar,
+        aux: Any,
+        args: PyTree,
+        options: dict[str, Any],
+        state: _HalleyState,
+        tags: frozenset[object],
+        result: optx.RESULTS,
+    ) -> tuple[Scalar, Any, dict[str, Any]]:
         return y, aux, {}

@@ -12,13 +12,13 @@ one parameter besides zeta: s(sigma) = e^{-zeta sigma} sin(eta sigma)/eta = r. d
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, PyTree
 
 from acf_jax.model.blocks import in_blocks
 from acf_jax.model.carlson import carlson_rc
@@ -62,7 +62,7 @@ def _swing(zeta: Scalar, eta_squared: Scalar, sigma: Scalar) -> tuple[Scalar, Sc
     return jnp.exp(-zeta * sigma), cosine, sigma * sine
 
 
-def _residual(sigma: Scalar, crossing: Crossing) -> tuple[Scalar, tuple[Scalar, Scalar]]:
+def _residual(sigma: Scalar, crossing: PyTree) -> tuple[Scalar, tuple[Scalar, Scalar]]:
     """s(sigma) - r with its first two derivatives; the second follows from s'' + 2 zeta s' + s = 0."""
     decay, cosine, sine = _swing(crossing.zeta, crossing.eta_squared, sigma)
     s, slope = decay * sine, decay * (cosine - crossing.zeta * sine)
@@ -94,7 +94,7 @@ def _find_crossing(crossing: Crossing) -> Scalar:
     """sigma to half the digits, by optimistix: F_max is stationary there, and t_max is polished after."""
     half_the_digits = float(jnp.finfo(crossing.zeta.dtype).eps) ** 0.5
     return optx.root_find(
-        _residual,
+        _residual,  # type: ignore[arg-type]  # optimistix types the auxiliary output as Never
         Halley(rtol=half_the_digits, atol=0.0),
         _guess(crossing),
         args=crossing,
@@ -145,6 +145,7 @@ def _solve(rig: Rig, impact: Impact) -> Peak:
 
 
 Gradient = tuple[Rig, Impact]
+Map = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 def _sensitivity(rig: Rig, impact: Impact) -> tuple[Peak, Gradient, Gradient]:
@@ -154,9 +155,8 @@ def _sensitivity(rig: Rig, impact: Impact) -> tuple[Peak, Gradient, Gradient]:
     a peak keeps its stand-in time.
     """
     peak = find_peak(rig, impact)
-    parameters = (rig, impact)
-    force_gradient = jax.grad(lambda p: contact_force(*p, peak.t_max))(parameters)
-    rate_gradient = jax.grad(lambda p: contact_force_rate(*p, peak.t_max))(parameters)
+    force_gradient = jax.grad(contact_force, argnums=(0, 1))(rig, impact, peak.t_max)
+    rate_gradient = jax.grad(contact_force_rate, argnums=(0, 1))(rig, impact, peak.t_max)
     curvature = contact_force_curvature(rig, impact, peak.t_max)
     moves = peak.has_peak & (curvature < 0)
     per_rate = jnp.where(moves, -1 / jnp.where(moves, curvature, 1.0), 0.0)
@@ -168,19 +168,20 @@ def _inner(gradient: Gradient, tangents: Gradient) -> Array:
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _peak(mapped: Callable, rig: Rig, impact: Impact) -> Peak:
+def _peak(mapped: Map, rig: Rig, impact: Impact) -> Peak:
     """`_solve`, for one sample or for many: `mapped` says how."""
-    return mapped(_solve)(rig, impact)
+    peak: Peak = mapped(_solve)(rig, impact)
+    return peak
 
 
 @_peak.defjvp
-def _peak_jvp(mapped: Callable, primals: Gradient, tangents: Gradient) -> tuple[Peak, Peak]:
+def _peak_jvp(mapped: Map, primals: Gradient, tangents: Gradient) -> tuple[Peak, Peak]:
     peak, force_gradient, time_gradient = mapped(_sensitivity)(*primals)
-    no_tangent = np.zeros(peak.has_peak.shape, jax.dtypes.float0)
+    no_tangent: Any = np.zeros(peak.has_peak.shape, jax.dtypes.float0)
     return peak, Peak(_inner(force_gradient, tangents), _inner(time_gradient, tangents), no_tangent)
 
 
-def _one_sample(fn: Callable) -> Callable:
+def _one_sample(fn: Callable[..., Any]) -> Callable[..., Any]:
     return fn
 
 
