@@ -52,7 +52,7 @@ def bracket(box: Box) -> Bracket:
     """[tau_0, tau_0 + sigma_m] of those samples that have a peak."""
     zeta, eta, kappa, b, epsilon = equation(box)
     under, q = zeta < 1, b * b + kappa * kappa * (1 - zeta) * (1 + zeta)
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         tau_0 = np.where(under, np.arctan2(kappa * eta, -b), np.arctanh(-kappa * eta / b)) / eta
         sigma_m = np.where(under, np.arctan2(eta, zeta), np.arctanh(np.minimum(eta / zeta, 1))) / eta
         r, r_m = epsilon / np.sqrt(q) * np.exp(zeta * tau_0), np.exp(-zeta * sigma_m)
