@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from acf_jax.errors import InputError
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,11 @@ class Rig:
     def impedance(self) -> float:
         """Force per contact velocity, sqrt(k_C m), in N s/m."""
         return float(np.sqrt(self.k_c * self.m))
+
+    @property
+    def typical_force(self) -> float:
+        """A large force that every campaign reaches, sqrt(F_P^2 + k_C m v^2) at 90 N and 0.28 m/s, in N."""
+        return float(np.hypot(90.0, 0.28 * self.impedance))
 
 
 class Impact(NamedTuple):

@@ -39,19 +39,25 @@ def draw_plan(seed: int, cases: int, world: AbstractWorld) -> list[Order]:
         rounds = [rng.permutation(len(choices)) for _ in range(n // len(choices) + 1)]
         return [choices[i] for i in np.concatenate(rounds)[:n]]
 
-    def targets(n: int, *ranges: tuple[float, float]) -> list[float]:
-        return [float(np.exp(rng.uniform(*np.log(ranges[i % len(ranges)])))) for i in range(n)]
+    def targets(chosen: list[tuple[str, ...]], ranges: tuple[tuple[float, float], ...]) -> list[float]:
+        """A distance each; an effect that comes again takes the next range."""
+        first = {names: int(rng.integers(len(ranges))) for names in sorted(set(chosen))}
+        turns = [first[names] + chosen[:i].count(names) for i, names in enumerate(chosen)]
+        return [float(np.exp(rng.uniform(*np.log(ranges[turn % len(ranges)])))) for turn in turns]
 
-    pairs = list(combinations(library, 2))
+    pairs: list[tuple[str, ...]] = list(combinations(library, 2))
     drawn: list[tuple[tuple[str, ...], float | None, bool | None]] = [
         ((), None, i % 2 == 1) for i in range(counts["none"])
     ]
-    for choices, kind, ranges in (
+    kinds: list[tuple[list[tuple[str, ...]], str, tuple[tuple[float, float], ...]]] = [
         ([(name,) for name in library], "single", (WEAK, VISIBLE, CLEAR)),
         (pairs, "pair", (VISIBLE, CLEAR)),
         ([(name,) for name in beyond], "beyond", (VISIBLE, CLEAR)),
-    ):
-        chosen, wanted = cycle(choices, counts[kind]), targets(counts[kind], *ranges)
-        drawn += [(names, target, None) for names, target in zip(chosen, wanted, strict=True)]
+    ]
+    for choices, kind, ranges in kinds:
+        chosen = cycle(choices, counts[kind])
+        drawn += [
+            (names, target, None) for names, target in zip(chosen, targets(chosen, ranges), strict=True)
+        ]
     seeds = rng.integers(2**31, size=len(drawn))
     return [Order(int(seeds[i]), *drawn[i]) for i in rng.permutation(len(drawn))]

@@ -36,8 +36,7 @@ class Plant:
 
     def __init__(self, rig: Rig, causes: Sequence[AbstractPortCause], impact: Impact):
         self.rig, self.impact = rig, impact
-        # Damping multiplies or adds to an elastic force, so elastic laws come first.
-        self.causes = sorted(causes, key=lambda cause: getattr(cause, "order", 0))
+        self.causes = sorted(causes, key=lambda cause: cause.stage)
         self.actuator = [(i, c) for i, c in enumerate(self.causes) if isinstance(c, AbstractActuatorCause)]
         self.laws = [(i, c) for i, c in enumerate(self.causes) if isinstance(c, AbstractContactCause)]
         self.robot = [(i, c) for i, c in enumerate(self.causes) if isinstance(c, AbstractRobotCause)]
@@ -49,7 +48,7 @@ class Plant:
         for _, cause in self.actuator:
             start *= cause.start_share()
         self.s_0 = self._compression_at(start)
-        states = [cause.initial(rig, impact, self.s_0) for cause in self.causes]
+        states = [cause.initial(rig, self.s_0, start) for cause in self.causes]
         ends = 2 + np.cumsum([0, *(len(state) for state in states)])
         self.own = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         self.initial = np.array([0.0, 0.0, *(value for state in states for value in state)])
@@ -58,7 +57,7 @@ class Plant:
         """The compression s_0 at which the contact at rest carries `force`."""
 
         def excess(s: float) -> float:
-            states = {i: cause.initial(self.rig, self.impact, s) for i, cause in self.laws}
+            states = {i: cause.initial(self.rig, s, force) for i, cause in self.laws}
             return float(self._law(states, s, 0.0)) - force
 
         if force <= 0.0:
@@ -79,8 +78,8 @@ class Plant:
             lead, lead_rate = cause.offset(t, states[i], self.rig, self.impact)
             s, s_rate = s + lead, s_rate + lead_rate
         face, face_rate = (y[0], y[1])
-        for i, cause in self.seats:
-            face, face_rate = cause.face(states[i])
+        for i, seat in self.seats:
+            face, face_rate = seat.face(states[i])
         return s - face, s_rate - face_rate
 
     def contact_force(self, t: Value, y: Any) -> Value:
@@ -99,8 +98,8 @@ class Plant:
         on_mass = f_c
         for i, seat in self.seats:
             on_mass = seat.transmitted(states[i], rig, impact, now.x, now.x_rate)
-        for i, cause in self.actuator:
-            on_mass -= cause.opposing(states[i], rig, impact, now)
+        for i, actuator in self.actuator:
+            on_mass -= actuator.opposing(states[i], rig, impact, now)
         derivative = [now.x_rate, (on_mass - rig.d * now.x_rate - rig.k_f * now.x) / rig.m]
         for i, cause in enumerate(self.causes):
             derivative.extend(cause.rates(states[i], rig, impact, now))

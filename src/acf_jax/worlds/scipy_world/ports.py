@@ -28,8 +28,10 @@ def positive(value: Value) -> Value:
 class AbstractPortCause(AbstractCause):
     """A cause of this world, with states of its own where it has a memory."""
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
-        """Its states at first contact, at which the contact is compressed by `s`."""
+    stage: ClassVar[int] = 0  # laws of a later stage act on the force that earlier ones give
+
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
+        """Its states at first contact, at which the contact, compressed by `s`, carries `force`."""
         return ()
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

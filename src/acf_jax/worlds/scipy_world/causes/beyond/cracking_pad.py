@@ -25,7 +25,7 @@ class CrackingPad(AbstractContactCause):
         force = rng.uniform(110.0, 160.0)
         return cls(min(0.5 * size, 0.8), force / rig.k_c, 0.05 * rig.half_period)
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return (0.0,)
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

@@ -25,7 +25,7 @@ class RobotAdmittance(AbstractRobotCause):
         damping = rig.impedance * rng.uniform(0.8, 1.6) / max(size, 1e-9)
         return cls(damping, rng.uniform(90.0, 130.0), rng.uniform(0.05, 0.2) * rig.half_period)
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return (0.0, 0.0)
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

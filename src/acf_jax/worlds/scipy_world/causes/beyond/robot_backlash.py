@@ -28,7 +28,7 @@ class RobotBacklash(AbstractRobotCause):
         gap = 0.25 * size * 0.3 * rig.impedance / rig.k_c
         return cls(mass, stiffness, float(0.6 * np.sqrt(stiffness * mass)), gap)
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return (0.0, 0.0)
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

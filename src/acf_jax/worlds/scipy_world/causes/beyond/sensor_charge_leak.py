@@ -8,8 +8,8 @@ from typing import Self
 
 import numpy as np
 
+from acf_jax.worlds.filters import low_pass
 from acf_jax.worlds.interface import Array, Rig
-from acf_jax.worlds.scipy_world.filters import low_pass
 from acf_jax.worlds.scipy_world.ports import AbstractSensorCause
 
 

@@ -23,7 +23,7 @@ class YieldingPad(AbstractContactCause):
     def draw(cls, rng: np.random.Generator, rig: Rig, size: float) -> Self:
         return cls(rng.uniform(110.0, 150.0), rng.uniform(0.1, 0.2) * rig.half_period / max(size, 1e-9))
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return (0.0,)
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

@@ -17,7 +17,7 @@ from acf_jax.worlds.scipy_world.ports import AbstractContactCause, State, Value,
 class ContactDamping(AbstractContactCause):
     """Hunt-Crossley: F (1 + chi s'), chi = 3 (1 - e^2)/(4 v_0); Kelvin-Voigt: F + c s', never pulling."""
 
-    order: ClassVar[int] = 1
+    stage: ClassVar[int] = 1
 
     per_velocity: float  # chi, s/m; zero chooses Kelvin-Voigt
     viscous: float  # c, N s/m

@@ -37,7 +37,7 @@ class CoulombFriction(AbstractActuatorCause):
             presliding=rng.uniform(3e-6, 15e-6) * bristles,
         )
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return (0.0,) if self.presliding else ()
 
     def _curve(self, v: float) -> float:

@@ -38,7 +38,7 @@ class EndStop(AbstractActuatorCause):
     def start_share(self) -> float:
         return 1.0 - self.held
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return (0.0,)
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

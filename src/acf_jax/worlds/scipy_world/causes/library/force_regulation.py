@@ -33,7 +33,7 @@ class ForceRegulation(AbstractActuatorCause):
             delay=rng.uniform(0.0, 0.15) * rig.half_period,
         )
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return (0.0, 0.0) if self.damping_ratio else (0.0,)
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

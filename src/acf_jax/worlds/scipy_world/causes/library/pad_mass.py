@@ -24,9 +24,8 @@ class PadMass(AbstractSeatCause):
         ratio = rng.uniform(0.02, 0.15)
         return cls(mass, stiffness, float(2.0 * ratio * np.sqrt(stiffness * mass)))
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
-        # The last state holds the preload, which the contact law may have set below F_P.
-        return (0.0, 0.0, rig.k_c * s)
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
+        return (0.0, 0.0, force)  # the preload stays as it is
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:
         return (z[1], (now.f_c - self.transmitted(z, rig, impact, now.x, now.x_rate)) / self.mass, 0.0)

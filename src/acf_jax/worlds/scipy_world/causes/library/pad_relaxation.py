@@ -30,7 +30,7 @@ class PadRelaxation(AbstractContactCause):
             return cls((share * split, share * (1.0 - split)), (time, time * ratio), relaxed)
         return cls((share,), (time,), relaxed)
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return tuple(s * self.relaxed for _ in self.times)
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

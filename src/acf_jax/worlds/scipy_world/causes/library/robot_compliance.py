@@ -29,7 +29,7 @@ class RobotCompliance(AbstractRobotCause):
         ratio = rng.uniform(0.02, 0.3)
         return cls(mass, stiffness, float(2.0 * ratio * np.sqrt(stiffness * mass)))
 
-    def initial(self, rig: Rig, impact: Impact, s: float) -> tuple[float, ...]:
+    def initial(self, rig: Rig, s: float, force: float) -> tuple[float, ...]:
         return (0.0, 0.0)
 
     def rates(self, z: State, rig: Rig, impact: Impact, now: Motion) -> tuple[float, ...]:

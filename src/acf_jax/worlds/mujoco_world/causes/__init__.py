@@ -1,0 +1,1 @@
+"""Causes of the MuJoCo world; a new file is a new cause."""

@@ -1,0 +1,1 @@
+"""Causes that no candidate effect describes."""

@@ -1,0 +1,1 @@
+"""The effects of the contract, as MuJoCo's own elements."""
