@@ -1,0 +1,117 @@
+"""What an unmodelled effect is: parameters with ranges, and the ports through which it acts.
+
+The simulator knows only this interface. An effect overrides the ports it needs; every other port keeps the
+paper's model. With its first parameter, the strength, at `neutral`, an effect changes nothing at all.
+"""
+
+import dataclasses
+from typing import Any, ClassVar, Literal, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from acf_jax.model import Impact, Rig
+
+Scalar = Float[Array, ""]
+Component = Literal["actuator", "contact", "robot", "sensor"]
+
+
+class Parameter(NamedTuple):
+    """What is known of one parameter of an effect before any data."""
+
+    name: str
+    unit: str
+    low: float  # the fit stays within [low, high]
+    high: float
+    starts: tuple[float, ...]  # where fits begin: weak and strong
+    scale: float  # a typical value: width of the prior of a strength, centre of the prior of a shape
+    shape: bool  # positive, known by its order of magnitude; a strength is neutral at zero
+    meaning: str
+
+
+def strength(
+    unit: str, low: float, high: float, starts: tuple[float, ...], scale: float, meaning: str
+) -> Any:
+    """A parameter that is neutral at 0: the size of the effect."""
+    known = Parameter("", unit, low, high, starts, scale, False, meaning)
+    return eqx.field(converter=jnp.asarray, default=0.0, metadata={"parameter": known})
+
+
+def shape(unit: str, low: float, high: float, starts: tuple[float, ...], meaning: str) -> Any:
+    """A positive parameter that says how, not how much; without strength it has no influence."""
+    known = Parameter("", unit, low, high, starts, (low * high) ** 0.5, True, meaning)
+    return eqx.field(converter=jnp.asarray, default=known.scale, metadata={"parameter": known})
+
+
+class Motion(NamedTuple):
+    """What an effect can see at one instant. Positive x compresses the flange."""
+
+    rig: Rig
+    impact: Impact
+    t: Scalar  # s since first contact
+    x: Scalar  # m, flange
+    x_dot: Scalar  # m/s
+    s: Scalar  # m, compression of the contact, v t - x in the paper
+    s_dot: Scalar  # m/s
+    f_c: Scalar  # N, contact force (not yet known to `contact_force`, where it is the paper's)
+
+
+class AbstractEffect(eqx.Module):
+    """An effect that the paper's model leaves out; a subclass is one file of this folder, its id the file's name.
+
+    `own` is the effect's own state, a vector of `n_own` entries that starts at zero.
+    """
+
+    component: ClassVar[Component]
+    title: ClassVar[str]
+    n_own: ClassVar[int] = 0
+
+    def robot_displacement(
+        self, rig: Rig, impact: Impact, t: Scalar, own: Float[Array, " n_own"]
+    ) -> tuple[Scalar, Scalar]:
+        """Displacement (m) and velocity (m/s) of the robot in addition to v t."""
+        return jnp.zeros_like(t), jnp.zeros_like(t)
+
+    def pad_displacement(self, own: Float[Array, " n_own"]) -> tuple[Scalar, Scalar]:
+        """Displacement (m) and velocity (m/s) of the contact point relative to the flange."""
+        return jnp.asarray(0.0), jnp.asarray(0.0)
+
+    def initial_relief(self, impact: Impact) -> Scalar:
+        """By how much the contact force starts below F_P (N)."""
+        return jnp.asarray(0.0)
+
+    def release_force(self, impact: Impact) -> Scalar:
+        """The contact force (N) above which the flange starts to move; it is free from the start by default."""
+        return jnp.asarray(-jnp.inf)
+
+    def contact_force(self, motion: Motion, own: Float[Array, " n_own"]) -> Scalar:
+        """Contact force (N) in addition to k_C s + F_P."""
+        return jnp.zeros_like(motion.t)
+
+    def force_on_mass(self, motion: Motion, own: Float[Array, " n_own"]) -> Scalar:
+        """Force (N) on the flange mass in addition to the contact force."""
+        return jnp.zeros_like(motion.t)
+
+    def rates(self, motion: Motion, x_ddot: Scalar, own: Float[Array, " n_own"]) -> Float[Array, " n_own"]:
+        """Time derivative of the effect's own state."""
+        return jnp.zeros_like(own)
+
+    def sense(
+        self, f: tuple[Scalar, Scalar], h: Scalar, memory: Float[Array, " 2"]
+    ) -> tuple[Float[Array, " 2"], Scalar]:
+        """The reading at the end of a step of h seconds over which the force went linearly from f[0] to f[1].
+
+        `memory` starts at zero (no force before contact). Returns the new memory and the reading (N).
+        """
+        return memory, f[1]
+
+    @classmethod
+    def id(cls) -> str:
+        """The name of the file that holds the effect."""
+        return cls.__module__.rsplit(".", 1)[-1]
+
+    @classmethod
+    def parameters(cls) -> tuple[Parameter, ...]:
+        """The effect's parameters, strength first."""
+        return tuple(f.metadata["parameter"]._replace(name=f.name) for f in dataclasses.fields(cls))

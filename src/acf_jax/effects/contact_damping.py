@@ -1,0 +1,23 @@
+import jax.numpy as jnp
+
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, strength
+
+
+class ContactDamping(AbstractEffect):
+    """The pad dissipates: F_C = F_el + (c + chi (F_el - F_P) / k_C) s'.
+
+    chi = 0 is Kelvin-Voigt, c = 0 Hunt-Crossley with chi in N s/m^2 ('Coefficient of restitution interpreted as
+    damping in vibroimpact', J. Appl. Mech. 42, 1975), whose dissipation starts at zero compression.
+    """
+
+    component = "contact"
+    title = "Contact damping"
+
+    damping_n_s_per_m: Scalar = strength("N s/m", 0.0, 5e3, (30.0, 200.0), 150.0, "Kelvin-Voigt damping")
+    hunt_crossley_n_s_per_m2: Scalar = strength(
+        "N s/m^2", 0.0, 5e6, (3e4, 3e5), 1.5e5, "damping per compression"
+    )
+
+    def contact_force(self, motion: Motion, own: Scalar) -> Scalar:
+        compression = jnp.maximum((motion.f_c - motion.impact.f_p) / motion.rig.k_c, 0.0)
+        return (self.damping_n_s_per_m + self.hunt_crossley_n_s_per_m2 * compression) * motion.s_dot

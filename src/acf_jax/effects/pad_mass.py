@@ -1,0 +1,39 @@
+import jax.numpy as jnp
+
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+
+DAMPING_RATIO = 0.03  # of the pad on its stiffness: lightly damped, as bonded pads and backing plates are
+
+
+class PadMass(AbstractEffect):
+    """A second mass (pad, backing plate) between contact and flange: m_p y'' = F_C - F_p, m x'' + ... = F_p.
+
+    y = x + z, F_p = F_P + k_p z + d_p z', omega_p^2 = k_p / m_p. Two-mass collision model, Stronge, 'Impact Mechanics'
+    (Cambridge, 2000), ch. 7.
+    """
+
+    component = "contact"
+    title = "Pad mass"
+    n_own = 2
+
+    mass_kg: Scalar = strength("kg", 0.0, 3.0, (0.1, 0.5), 0.3, "mass of the pad")
+    frequency_hz: Scalar = shape(
+        "Hz", 30.0, 1500.0, (150.0, 400.0), "its natural frequency on its own stiffness"
+    )
+
+    def pad_displacement(self, own: Scalar) -> tuple[Scalar, Scalar]:
+        return own[0], own[1]
+
+    def _excess(self, own: Scalar) -> Scalar:
+        omega_p = 2 * jnp.pi * self.frequency_hz
+        return self.mass_kg * (omega_p**2 * own[0] + 2 * DAMPING_RATIO * omega_p * own[1])
+
+    def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
+        pad_force = motion.impact.f_p + self._excess(own)
+        return jnp.where(self.mass_kg > 0, pad_force - motion.f_c, 0.0)
+
+    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
+        present = self.mass_kg > 0
+        mass = jnp.where(present, self.mass_kg, 1.0)
+        z_ddot = (motion.f_c - motion.impact.f_p - self._excess(own)) / mass - x_ddot
+        return jnp.where(present, jnp.stack([own[1], z_ddot]), 0.0)

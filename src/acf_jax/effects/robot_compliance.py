@@ -1,0 +1,29 @@
+import jax.numpy as jnp
+
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+from acf_jax.model import Impact, Rig
+
+DAMPING_RATIO = 0.05  # of the robot's structural mode
+
+
+class RobotCompliance(AbstractEffect):
+    """The robot yields: a mass on a spring behind the contact, M (r'' + 2 zeta_r omega_r r' + omega_r^2 r) = -F_C.
+
+    The robot's position is v t + r. The strength is 1/M, so that the rigid robot is its limit at zero. Haddadin et al.,
+    'Robot collisions: a survey on detection, isolation, and identification', IEEE T-RO 33 (2017): reflected mass.
+    """
+
+    component = "robot"
+    title = "Compliant robot"
+    n_own = 2
+
+    inverse_mass_per_kg: Scalar = strength("1/kg", 0.0, 2.0, (0.01, 0.1), 0.1, "one over the robot's mass")
+    frequency_hz: Scalar = shape("Hz", 2.0, 300.0, (15.0, 60.0), "its natural frequency")
+
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
+        return own[0], own[1]
+
+    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
+        omega_r = 2 * jnp.pi * self.frequency_hz
+        driven = -self.inverse_mass_per_kg * motion.f_c
+        return jnp.stack([own[1], driven - 2 * DAMPING_RATIO * omega_r * own[1] - omega_r**2 * own[0]])

@@ -1,0 +1,29 @@
+import jax.numpy as jnp
+
+from acf_jax.effects._interface import AbstractEffect, Scalar, shape, strength
+from acf_jax.model import Impact, Rig
+
+
+class RobotDeceleration(AbstractEffect):
+    """The robot brakes during the impact, with the deceleration a + b v after the time t_0, until it stands still.
+
+    A guarded stop: constant deceleration (a), or one that takes every speed to rest in the same time 1/b. The paper
+    assumes an unchanged contact velocity.
+    """
+
+    component = "robot"
+    title = "Braking robot"
+
+    deceleration_m_per_s2: Scalar = strength("m/s^2", 0.0, 200.0, (1.0, 5.0), 5.0, "deceleration a")
+    rate_per_s: Scalar = strength(
+        "1/s", 0.0, 1000.0, (5.0, 50.0), 30.0, "deceleration b in proportion to speed"
+    )
+    delay_s: Scalar = shape("s", 1e-4, 0.03, (5e-4, 3e-3), "time t_0 from contact to braking")
+
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
+        deceleration = self.deceleration_m_per_s2 + self.rate_per_s * impact.v_e
+        to_rest = impact.v_e / jnp.maximum(deceleration, 1e-6)
+        braking = jnp.clip(t - self.delay_s, 0.0, to_rest)
+        standing = jnp.maximum(t - self.delay_s - to_rest, 0.0)
+        lost = jnp.minimum(deceleration * braking, impact.v_e)
+        return -0.5 * deceleration * braking**2 - impact.v_e * standing, -lost

@@ -1,0 +1,25 @@
+import jax.numpy as jnp
+
+from acf_jax.effects._interface import AbstractEffect, Scalar, shape, strength
+from acf_jax.effects._oscillator import follow
+
+
+class SensorResonance(AbstractEffect):
+    """A lightly damped mode of sensor and mounting: y'' + 2 zeta_s omega_s y' + omega_s^2 y = omega_s^2 F.
+
+    The reading is (1 - share) F + share y: modes of much higher frequency pass their share of the force at once.
+    Clough and Penzien, 'Dynamics of Structures', ch. 3 and 12.
+    """
+
+    component = "sensor"
+    title = "Sensor resonance"
+
+    share: Scalar = strength(
+        "1", 0.0, 1.5, (0.2, 0.9), 0.7, "share of the force that passes through the mode"
+    )
+    frequency_hz: Scalar = shape("Hz", 40.0, 4000.0, (250.0, 600.0, 1200.0), "natural frequency")
+    damping_ratio: Scalar = shape("1", 0.003, 0.4, (0.04,), "damping ratio zeta_s")
+
+    def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:
+        memory = follow(f, h, 2 * jnp.pi * self.frequency_hz, self.damping_ratio, memory)
+        return memory, (1 - self.share) * f[1] + self.share * memory[0]

@@ -1,0 +1,154 @@
+"""One impact with effects: the classical Runge-Kutta method on a fixed grid, the sensor behind it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from acf_jax.effects import AbstractEffect, Motion
+from acf_jax.effects._interface import Scalar
+from acf_jax.model import Impact, Rig
+
+
+class Response(NamedTuple):
+    """Forces over time, sample k at k h seconds after first contact."""
+
+    sensed: Float[Array, " samples"]  # N, what the sensor reads
+    contact: Float[Array, " samples"]  # N, what acts between robot and flange
+
+
+class _State(NamedTuple):
+    x: Scalar
+    x_dot: Scalar
+    own: tuple[Float[Array, " _"], ...]
+
+
+def _add(a: _State, b: _State, scale: Scalar | float) -> _State:
+    return jax.tree.map(lambda p, q: p + scale * q, a, b)
+
+
+def _motion(
+    rig: Rig, impact: Impact, effects: Sequence[AbstractEffect], pull: Scalar, t: Scalar, y: _State
+) -> Motion:
+    """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
+    own = tuple(zip(effects, y.own, strict=True))
+    robot = [e.robot_displacement(rig, impact, t, q) for e, q in own]
+    pad = [e.pad_displacement(q) for e, q in own]
+    s = impact.v_e * t + sum(r[0] for r in robot) - y.x - sum(p[0] for p in pad)
+    s_dot = impact.v_e + sum(r[1] for r in robot) - y.x_dot - sum(p[1] for p in pad)
+    linear = rig.k_c * s + impact.f_p - sum(e.initial_relief(impact) for e in effects)
+    motion = Motion(rig, impact, t, y.x, y.x_dot, s, s_dot, linear)
+    f_c = linear + sum(e.contact_force(motion, q) for e, q in own)
+    return motion._replace(f_c=jnp.where(f_c > 0, f_c, pull * f_c))
+
+
+def _rates(
+    rig: Rig,
+    impact: Impact,
+    effects: Sequence[AbstractEffect],
+    pull: Scalar,
+    t: Scalar,
+    y: _State,
+    free: Scalar,
+) -> _State:
+    """Equation (1) with effects; `free` is the share of the step for which the flange is off its stop."""
+    motion = _motion(rig, impact, effects, pull, t, y)
+    force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in zip(effects, y.own, strict=True))
+    x_ddot = free * (force - rig.d * y.x_dot - rig.k_f * y.x) / rig.m
+    own = tuple(e.rates(motion, x_ddot, q) for e, q in zip(effects, y.own, strict=True))
+    return _State(free * y.x_dot, x_ddot, own)
+
+
+def _free_share(
+    rig: Rig, impact: Impact, effects: Sequence[AbstractEffect], pull: Scalar, t: Scalar, h: Scalar, y: _State
+) -> Scalar:
+    """Share of the step after the contact force has passed the force that releases a held flange."""
+    release = jnp.asarray(-jnp.inf)
+    for e in effects:
+        release = jnp.maximum(release, e.release_force(impact))
+    held = _rates(rig, impact, effects, pull, t, y, jnp.asarray(0.0))
+    now = _motion(rig, impact, effects, pull, t, y).f_c
+    then = _motion(rig, impact, effects, pull, t + h, _add(y, held, h)).f_c
+    rising = jnp.where(then > now, then - now, 1.0)
+    crossing = jnp.where(then > release, jnp.minimum((then - release) / rising, 1.0), 0.0)
+    return jnp.where(now >= release, 1.0, crossing)
+
+
+def _step(
+    rig: Rig,
+    impact: Impact,
+    effects: Sequence[AbstractEffect],
+    pull: Scalar,
+    t: Scalar,
+    h: Scalar,
+    y: _State,
+    free: Scalar,
+) -> _State:
+    def rates(t: Scalar, y: _State) -> _State:
+        return _rates(rig, impact, effects, pull, t, y, free)
+
+    k_1 = rates(t, y)
+    k_2 = rates(t + h / 2, _add(y, k_1, h / 2))
+    k_3 = rates(t + h / 2, _add(y, k_2, h / 2))
+    k_4 = rates(t + h, _add(y, k_3, h))
+    return jax.tree.map(lambda y, a, b, c, d: y + h / 6 * (a + 2 * b + 2 * c + d), y, k_1, k_2, k_3, k_4)
+
+
+def simulate(
+    rig: Rig,
+    impact: Impact,
+    effects: Sequence[AbstractEffect],
+    h: Scalar | float,
+    samples: int,
+    steps: Int[Array, ""] | int | None = None,
+    pull: Scalar | float = 0.0,
+) -> Response:
+    """Sensed and contact force of one impact on the grid 0, h, 2h, ...
+
+    m x'' + d x' + k_F x = F_C + forces of the effects, F_C = k_C s + F_P + ..., from x(0) = x'(0) = 0. A contact
+    does not pull: where the law would give F_C < 0, the force is `pull` times that; `pull` = 1 is the paper's two-sided
+    law, whose response after contact is lost is the equations' continuation.
+
+    **Arguments:** `rig`, `impact`: one sample. `effects`: at most one of a kind, in any order. `h`: step in s; keep
+    omega h below about 0.3 for the fastest mode. `samples`: length of the result. `steps`: how many steps to take, at
+    most `samples - 1` (the default); the rest stays zero. A traced number of steps allows forward-mode
+    derivatives only; a static one both modes.
+
+    **Returns:** a `Response` with leaves of shape `(samples,)`, in N.
+    """
+    h, pull = jnp.asarray(h, float), jnp.asarray(pull, float)
+    y_0 = _State(jnp.zeros(()), jnp.zeros(()), tuple(jnp.zeros(e.n_own) for e in effects))
+    f_0 = _motion(rig, impact, effects, pull, jnp.zeros(()), y_0).f_c
+    memory_0 = tuple(jnp.zeros(2) for _ in effects)
+
+    def sense(
+        before: tuple[Scalar, ...], f: Scalar, h: Scalar, memories: tuple[Array, ...]
+    ) -> tuple[tuple[Scalar, ...], tuple[Array, ...]]:
+        """The force after each sensor stage, from the same one step earlier."""
+        after, kept = [f], []
+        for e, last, memory in zip(effects, before, memories, strict=False):
+            memory, reading = e.sense((last, after[-1]), h, memory)
+            after.append(reading)
+            kept.append(memory)
+        return tuple(after), tuple(kept)
+
+    # before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensor
+    silence = tuple(jnp.zeros(()) for _ in range(len(effects) + 1))
+    signals_0, _ = sense(silence, f_0, h * 1e-9, memory_0)
+
+    def body(k: Int[Array, ""], carry: tuple) -> tuple:
+        y, released, signals, memories, out = carry
+        t = k * h
+        free = jnp.where(released, 1.0, _free_share(rig, impact, effects, pull, t, h, y))
+        y = _step(rig, impact, effects, pull, t, h, y, free)
+        f_c = _motion(rig, impact, effects, pull, t + h, y).f_c
+        signals, memories = sense(signals, f_c, h, memories)
+        out = Response(out.sensed.at[k + 1].set(signals[-1]), out.contact.at[k + 1].set(f_c))
+        return y, released | (free > 0), signals, memories, out
+
+    empty = jnp.zeros(samples)
+    out = Response(empty.at[0].set(signals_0[-1]), empty.at[0].set(f_0))
+    carry = (y_0, jnp.asarray(False), signals_0, memory_0, out)
+    return jax.lax.fori_loop(0, samples - 1 if steps is None else steps, body, carry)[-1]
