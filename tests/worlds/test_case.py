@@ -4,13 +4,14 @@ import csv
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
 from acf_jax.errors import InputError
-from acf_jax.worlds import answer_of, distance, draw_setup, find_world, make_case, write_case
+from acf_jax.worlds import Impact, answer_of, distance, draw_setup, find_world, make_case, write_case
 from acf_jax.worlds.plan import draw_plan
 from acf_jax.worlds.setup import Noise
 
@@ -81,6 +82,32 @@ def test_distance_counts_repeats_and_falls_with_noise():
     assert distance(world, louder, [cause]) < once
 
 
+@pytest.mark.parametrize("coloured", [False, True])
+def test_without_a_cause_nothing_but_noise_spread_and_trigger_is_left(coloured):
+    """Residuals of the true rig, whitened with each trial's nuisances in their covariance, have unit variance."""
+    world = find_world("scipy")
+    case = make_case(3 if coloured else 4, coloured=coloured)
+    setup, total, n = case.setup, 0.0, 0
+    for trial in (trial for trial in case.trials if not trial.fault):
+        velocity, pretension = trial.commanded
+
+        def force(v_e, f_p, time=trial.time):
+            return world.respond(setup.rig, [], Impact(v_e, f_p), time, after_loss=np.inf).sensed
+
+        nominal = force(velocity, pretension)
+        nuisances = [
+            force(velocity * (1.0 + setup.spread), pretension) - nominal,
+            force(velocity, pretension * (1.0 + setup.spread)) - nominal,
+            np.gradient(nominal, trial.time) * setup.interval * setup.jitter / np.sqrt(3.0),
+        ]
+        kept = trial.time > 1.5 * setup.interval  # the step at time 0 is no small change of the trigger
+        columns = setup.noise.whiten(np.stack(nuisances, axis=1)[kept])
+        residual = setup.noise.whiten((trial.force - nominal)[kept])
+        total += residual @ np.linalg.solve(np.eye(residual.size) + columns @ columns.T, residual)
+        n += residual.size
+    assert total / n == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / n))
+
+
 def test_coloured_noise_has_the_deviation_and_memory_it_names():
     noise = Noise(std=2.0, memory=0.7)
     samples = noise.draw(np.random.default_rng(0), 40000)
@@ -106,6 +133,27 @@ def test_a_plan_holds_the_shares_and_every_effect():
     }  # fmt: skip
     assert {o.effects[0] for o, kind in zip(plan, kinds, strict=True) if kind == "single"} == library
     assert sum(o.coloured is True for o in plan) == 25
+
+
+def test_the_script_goes_on_where_it_was(tmp_path):
+    script = Path(__file__).parents[2] / "benchmarks" / "make_cases.py"
+    command = [
+        sys.executable,
+        str(script),
+        "--out",
+        str(tmp_path),
+        "--seed",
+        "1",
+        "--workers",
+        "1",
+        "--cases",
+    ]
+    runs = [
+        subprocess.run([*command, n], capture_output=True, text=True, check=True).stdout for n in ("1", "1")
+    ]
+    assert [out.strip() for out in runs] == [
+        f"{tmp_path / 'case-000'}: {done}" for done in ("written", "already there")
+    ]
 
 
 def test_an_effect_that_does_not_exist_is_refused():
