@@ -28,7 +28,7 @@ _jit = njit(fastmath=FAST, error_model="numpy", inline="always")
 _C1 = tuple((-1) ** j / math.factorial(2 * j + 1) for j in range(9))
 _C2 = tuple((-1) ** j / math.factorial(2 * j + 2) for j in range(9))
 _EXP = tuple(1 / math.factorial(j) for j in range(13))
-_TURNS = 6
+_TURNS = 5  # as many as acf_jax.model.carlson has
 
 
 @intrinsic
@@ -71,7 +71,7 @@ def _library_rc(g, h):
     gap = (h - g) * (h + g)
     if gap > 1e-12 * h * h:
         root = math.sqrt(gap)
-        return math.atan2(root, g) / root
+        return math.atan(root / g) / root
     if gap < -1e-12 * h * h:
         root = math.sqrt(-gap)
         return math.atanh(root / g) / root
@@ -119,6 +119,11 @@ def _build(
         s, slope = decay * sine, decay * (cosine - zeta * sine)
         return s - r, slope, -2 * zeta * slope - s
 
+    @_jit
+    def halley(f, slope, curvature):
+        denominator = slope * slope - f * curvature / 2
+        return f * slope / (denominator if denominator > 0 else 1.0)
+
     @njit(parallel=True, fastmath=FAST, error_model="numpy")
     def peaks(m, d, k_f, k_c, v_e, f_p):
         f_max, t_max = np.empty_like(m), np.empty_like(m)
@@ -146,14 +151,15 @@ def _build(
                 continue
             ratio = epsilon / (w * r_m) if has else 1.0
             sigma = _guess(zeta, sigma_m, r_m, math.sqrt(1 - ratio))
-            for _ in range(2):
-                f, slope, curvature = residual(zeta, eta_squared, ratio * r_m, sigma)
-                denominator = slope * slope - f * curvature / 2
-                sigma -= f * slope / (denominator if denominator > 0 else 1.0)
-            decay, cosine, sine = swing(zeta, eta_squared, sigma, exp)
-            moving = epsilon * (tau_0 + sigma) + 2 * zeta * kappa
-            f_max[i] = f_p[i] * epsilon + kappa * scale * (moving + w * decay * (cosine + zeta * sine))
-            t_max[i] = (tau_0 + sigma) / omega
+            r = ratio * r_m
+            f, slope, curvature = residual(zeta, eta_squared, r, sigma)
+            sigma -= halley(f, slope, curvature)
+            # F_max is stationary and needs no second step; its evaluation gives t_max one.
+            f, slope, curvature = residual(zeta, eta_squared, r, sigma)
+            tau = tau_0 + sigma
+            moving = epsilon * tau + 2 * zeta * kappa
+            f_max[i] = f_p[i] * epsilon + kappa * scale * (moving + w * (slope + 2 * zeta * (f + r)))
+            t_max[i] = (tau - halley(f, slope, curvature)) / omega
             has_peak[i] = has
         return f_max, t_max, has_peak
 
