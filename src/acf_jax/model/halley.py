@@ -22,6 +22,11 @@ def halley_step(y: Scalar, derivatives: Derivatives, lower: Scalar, upper: Scala
     return jnp.clip(jnp.where(sound, y - step, y), lower, upper)
 
 
+def will_be_below(tolerance: Scalar, step: Scalar, width: Scalar) -> Bool[Array, ""]:
+    """Whether the next step will be below the tolerance, as in units of the bracket it is this one cubed."""
+    return step * (step / width) ** 2 < tolerance
+
+
 class _HalleyState(eqx.Module):
     step: Float[Array, ""]
 
@@ -75,9 +80,8 @@ class Halley(optx.AbstractRootFinder[Scalar, Scalar, Any, _HalleyState]):
         tags: frozenset[object],
     ) -> tuple[Bool[Array, ""], optx.RESULTS]:
         width = options["upper"] - options["lower"]
-        # cubic convergence, in units of the bracket: the next step is of the order of this one cubed
-        next_step = state.step * (state.step / width) ** 2
-        return next_step < self.atol + self.rtol * width, cast(optx.RESULTS, optx.RESULTS.successful)
+        stop = will_be_below(self.atol + self.rtol * width, state.step, width)
+        return stop, cast(optx.RESULTS, optx.RESULTS.successful)
 
     def postprocess(
         self,

@@ -17,17 +17,17 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
-from jaxtyping import Array, Bool, Float, PyTree
+from jaxtyping import Array, Bool, Float
 
 from acf_jax.model.blocks import in_blocks
 from acf_jax.model.carlson import carlson_rc
-from acf_jax.model.halley import Halley, halley_step
+from acf_jax.model.crossing import Crossing, find_crossing, find_crossings, polish, residual
 from acf_jax.model.response import contact_force, contact_force_curvature, contact_force_rate
 from acf_jax.model.rig import Impact, Rig
-from acf_jax.model.stumpff import stumpff_series
 
 Scalar = Float[Array, ""]
+RootFinder = Callable[[Crossing], Scalar]
+Gradient = tuple[Rig, Impact]
 
 
 class Peak(NamedTuple):
@@ -43,69 +43,7 @@ class Peak(NamedTuple):
     has_peak: Bool[Array, "*batch"]
 
 
-class Crossing(NamedTuple):
-    """The equation s(sigma) = r of one sample, whose root lies in [0, sigma_m] if r <= r_m."""
-
-    zeta: Scalar
-    eta_squared: Scalar
-    sigma_m: Scalar  # where s is largest
-    r_m: Scalar  # s(sigma_m)
-    ratio: Scalar  # r/r_m, in [0, 1]
-
-
-def _swing(zeta: Scalar, eta_squared: Scalar, sigma: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """e^{-zeta sigma}, C(sigma), S(sigma) within the bracket: series at sigma/4, its angle doubled twice."""
-    z = eta_squared * sigma * sigma / 16
-    sine, cosine = stumpff_series(1, z, 9), 1 - z * stumpff_series(2, z, 9)
-    for _ in range(2):
-        sine, cosine, z = sine * cosine, 1 - 2 * z * sine * sine, 4 * z
-    return jnp.exp(-zeta * sigma), cosine, sigma * sine
-
-
-def _residual(sigma: Scalar, crossing: PyTree) -> tuple[Scalar, tuple[Scalar, Scalar]]:
-    """s(sigma) - r with its first two derivatives; the second follows from s'' + 2 zeta s' + s = 0."""
-    decay, cosine, sine = _swing(crossing.zeta, crossing.eta_squared, sigma)
-    s, slope = decay * sine, decay * (cosine - crossing.zeta * sine)
-    return s - crossing.ratio * crossing.r_m, (slope, -2 * crossing.zeta * slope - s)
-
-
-def _guess(crossing: Crossing) -> Scalar:
-    """sigma by a sextic in u = sqrt(1 - r/r_m): exact to third order at the fold, to second at r = 0.
-
-    Far into overdamping s has a boundary layer that no sextic follows: there the lower bound r, from which
-    a concave increasing function is climbed without fail.
-    """
-    zeta, r_m = crossing.zeta, crossing.r_m
-    root_2 = np.sqrt(2).astype(zeta.dtype)
-    c_2, c_3 = -2 / 3 * zeta, (1 / 6 + 4 / 9 * zeta * zeta) / root_2
-    value = crossing.sigma_m - (root_2 + c_2 + c_3)
-    slope = 2 * r_m - (root_2 + 2 * c_2 + 3 * c_3)
-    curvature = 2 * r_m - 8 * zeta * r_m * r_m - (2 * c_2 + 6 * c_3)
-    c_6 = curvature / 2 - 4 * slope + 10 * value
-    c_5 = slope - 4 * value - 2 * c_6
-    c_4 = value - c_5 - c_6
-    u = jnp.sqrt(1 - crossing.ratio)
-    below = u * (root_2 + u * (c_2 + u * (c_3 + u * (c_4 + u * (c_5 + u * c_6)))))
-    sextic = jnp.clip(crossing.sigma_m - below, 0.0, crossing.sigma_m)
-    return jnp.where(zeta < 3, sextic, crossing.ratio * r_m)
-
-
-def _find_crossing(crossing: Crossing) -> Scalar:
-    """sigma to half the digits, by optimistix: F_max is stationary there, and t_max is polished after."""
-    half_the_digits = float(jnp.finfo(crossing.zeta.dtype).eps) ** 0.5
-    return optx.root_find(
-        _residual,  # type: ignore[arg-type]  # optimistix types the auxiliary output as Never
-        Halley(rtol=half_the_digits, atol=0.0),
-        _guess(crossing),
-        args=crossing,
-        options={"lower": jnp.zeros_like(crossing.sigma_m), "upper": crossing.sigma_m},
-        has_aux=True,
-        max_steps=64,
-        throw=False,
-    ).value
-
-
-def _solve(rig: Rig, impact: Impact) -> Peak:
+def _solve(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
     """Force and time of the peak: tau_0, then the root sigma, then Eq. (11) as a sum of positive terms."""
     zeta, kappa, epsilon = rig.zeta, rig.k_c / rig.k, rig.k_f / rig.k
     # F_P and m omega v enter by their shares c and b, so that neither v = 0 nor F_P = 0 divides by zero.
@@ -132,20 +70,15 @@ def _solve(rig: Rig, impact: Impact) -> Peak:
     has_peak = epsilon * b < w * r_m
     ratio = jnp.where(has_peak, epsilon * b / jnp.where(has_peak, w * r_m, 1.0), 1.0)
     crossing = Crossing(zeta, eta_squared, sigma_m, r_m, ratio)
-    sigma = _find_crossing(crossing)
+    sigma = find_root(crossing)
 
     settled = jnp.where(is_turning & has_peak, jnp.inf, 50 * (1 + zeta))
     tau = jnp.where(is_turning, jnp.minimum(tau_0 + sigma, settled), settled)
     # F_max is stationary in sigma and needs no more digits; its evaluation pays t_max one step more.
-    residual, (slope, curvature) = _residual(sigma, crossing)
-    swing = slope + 2 * zeta * (residual + ratio * r_m)
+    difference, (slope, _) = at_sigma = residual(sigma, crossing)
+    swing = slope + 2 * zeta * (difference + ratio * r_m)
     f_max = scale * (c * epsilon + kappa * (b * (epsilon * tau + 2 * zeta * kappa) + w * swing))
-    polished = halley_step(sigma, (residual, slope, curvature), jnp.zeros_like(sigma), sigma_m)
-    return Peak(f_max, (tau + (polished - sigma)) / rig.omega, has_peak)
-
-
-Gradient = tuple[Rig, Impact]
-Map = Callable[[Callable[..., Any]], Callable[..., Any]]
+    return Peak(f_max, (tau + (polish(sigma, at_sigma, crossing) - sigma)) / rig.omega, has_peak)
 
 
 def _sensitivity(rig: Rig, impact: Impact) -> tuple[Peak, Gradient, Gradient]:
@@ -168,21 +101,19 @@ def _inner(gradient: Gradient, tangents: Gradient) -> Array:
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _peak(mapped: Map, rig: Rig, impact: Impact) -> Peak:
-    """`_solve`, for one sample or for many: `mapped` says how."""
-    peak: Peak = mapped(_solve)(rig, impact)
+def _peak(batched: bool, rig: Rig, impact: Impact) -> Peak:
+    if not batched:
+        return _solve(find_crossing, rig, impact)
+    peak: Peak = in_blocks(partial(_solve, find_crossings))(rig, impact)
     return peak
 
 
 @_peak.defjvp
-def _peak_jvp(mapped: Map, primals: Gradient, tangents: Gradient) -> tuple[Peak, Peak]:
-    peak, force_gradient, time_gradient = mapped(_sensitivity)(*primals)
+def _peak_jvp(batched: bool, primals: Gradient, tangents: Gradient) -> tuple[Peak, Peak]:
+    sensitivity = in_blocks(_sensitivity) if batched else _sensitivity
+    peak, force_gradient, time_gradient = sensitivity(*primals)
     no_tangent: Any = np.zeros(peak.has_peak.shape, jax.dtypes.float0)
     return peak, Peak(_inner(force_gradient, tangents), _inner(time_gradient, tangents), no_tangent)
-
-
-def _one_sample(fn: Callable[..., Any]) -> Callable[..., Any]:
-    return fn
 
 
 def find_peak(rig: Rig, impact: Impact) -> Peak:
@@ -195,7 +126,7 @@ def find_peak(rig: Rig, impact: Impact) -> Peak:
     **Returns:** `Peak` of scalars. Differentiable to second order in all six parameters, by `jax.grad`,
     `jax.jacfwd` and `jax.hessian`; maps with `jax.vmap`.
     """
-    return _peak(_one_sample, rig, impact)
+    return _peak(False, rig, impact)
 
 
 @jax.jit
@@ -206,4 +137,4 @@ def find_peaks(rig: Rig, impact: Impact) -> Peak:
 
     **Returns:** `Peak` of arrays of shape (N,). Differentiable as `find_peak` is.
     """
-    return _peak(in_blocks, rig, impact)
+    return _peak(True, rig, impact)

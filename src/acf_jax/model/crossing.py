@@ -1,0 +1,108 @@
+"""dF_C/dt = 0 in its shortest form, s(sigma) = r, and its root.
+
+s(sigma) = e^{-zeta sigma} sin(eta sigma)/eta,  eta^2 = 1 - zeta^2
+
+rises from 0, concave, to its maximum r_m at sigma_m: it crosses r <= r_m once in [0, sigma_m].
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+from jaxtyping import Array, Float, PyTree
+
+from acf_jax.model.halley import Halley, halley_step, will_be_below
+from acf_jax.model.stumpff import stumpff_series
+
+Scalar = Float[Array, ""]
+
+
+class Crossing(NamedTuple):
+    """The equation s(sigma) = r of one sample."""
+
+    zeta: Scalar
+    eta_squared: Scalar
+    sigma_m: Scalar  # where s is largest
+    r_m: Scalar  # s(sigma_m)
+    ratio: Scalar  # r/r_m, in [0, 1]
+
+
+def _swing(zeta: Scalar, eta_squared: Scalar, sigma: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+    """e^{-zeta sigma}, C(sigma), S(sigma) within the bracket: series at sigma/4, its angle doubled twice."""
+    z = eta_squared * sigma * sigma / 16
+    sine, cosine = stumpff_series(1, z, 9), 1 - z * stumpff_series(2, z, 9)
+    for _ in range(2):
+        sine, cosine, z = sine * cosine, 1 - 2 * z * sine * sine, 4 * z
+    return jnp.exp(-zeta * sigma), cosine, sigma * sine
+
+
+def residual(sigma: Scalar, crossing: PyTree) -> tuple[Scalar, tuple[Scalar, Scalar]]:
+    """s(sigma) - r with its first two derivatives; the second follows from s'' + 2 zeta s' + s = 0."""
+    decay, cosine, sine = _swing(crossing.zeta, crossing.eta_squared, sigma)
+    s, slope = decay * sine, decay * (cosine - crossing.zeta * sine)
+    return s - crossing.ratio * crossing.r_m, (slope, -2 * crossing.zeta * slope - s)
+
+
+def _guess(crossing: Crossing) -> Scalar:
+    """sigma by a sextic in u = sqrt(1 - r/r_m): exact to third order at the fold, to second at r = 0.
+
+    Far into overdamping s has a boundary layer that no sextic follows: there the lower bound r, from which
+    a concave increasing function is climbed without fail.
+    """
+    zeta, r_m = crossing.zeta, crossing.r_m
+    root_2 = np.sqrt(2).astype(zeta.dtype)
+    c_2, c_3 = -2 / 3 * zeta, (1 / 6 + 4 / 9 * zeta * zeta) / root_2
+    value = crossing.sigma_m - (root_2 + c_2 + c_3)
+    slope = 2 * r_m - (root_2 + 2 * c_2 + 3 * c_3)
+    curvature = 2 * r_m - 8 * zeta * r_m * r_m - (2 * c_2 + 6 * c_3)
+    c_6 = curvature / 2 - 4 * slope + 10 * value
+    c_5 = slope - 4 * value - 2 * c_6
+    c_4 = value - c_5 - c_6
+    u = jnp.sqrt(1 - crossing.ratio)
+    below = u * (root_2 + u * (c_2 + u * (c_3 + u * (c_4 + u * (c_5 + u * c_6)))))
+    sextic = jnp.clip(crossing.sigma_m - below, 0.0, crossing.sigma_m)
+    return jnp.where(zeta < 3, sextic, crossing.ratio * r_m)
+
+
+def _half_the_digits(crossing: Crossing) -> float:
+    """The tolerance of a root: F_max is stationary there, and `polish` brings t_max the other half."""
+    return float(jnp.finfo(crossing.zeta.dtype).eps) ** 0.5
+
+
+def find_crossing(crossing: Crossing) -> Scalar:
+    """sigma to half the digits, by optimistix."""
+    return optx.root_find(
+        residual,  # type: ignore[arg-type]  # optimistix types the auxiliary output as Never
+        Halley(rtol=_half_the_digits(crossing), atol=0.0),
+        _guess(crossing),
+        args=crossing,
+        options={"lower": jnp.zeros_like(crossing.sigma_m), "upper": crossing.sigma_m},
+        has_aux=True,
+        max_steps=64,
+        throw=False,
+    ).value
+
+
+def find_crossings(crossing: Crossing) -> Scalar:
+    """The iteration of `find_crossing` for batches: its first step is straight-line code.
+
+    That step suffices for zeta < 2.9, and the loop is then left without a turn.
+    """
+    width, tolerance = crossing.sigma_m, _half_the_digits(crossing)
+
+    def step(y: Scalar) -> tuple[Scalar, Scalar]:
+        new_y = polish(y, residual(y, crossing), crossing)
+        return new_y, jnp.abs(new_y - y)
+
+    def is_rough(state: tuple[Scalar, Scalar]) -> Array:
+        return ~will_be_below(tolerance * width, state[1], width)
+
+    return jax.lax.while_loop(is_rough, lambda state: step(state[0]), step(_guess(crossing)))[0]
+
+
+def polish(sigma: Scalar, at_sigma: tuple[Scalar, tuple[Scalar, Scalar]], crossing: Crossing) -> Scalar:
+    """One Halley step from sigma, where `residual` is already known."""
+    f, (slope, curvature) = at_sigma
+    return halley_step(sigma, (f, slope, curvature), jnp.zeros_like(sigma), crossing.sigma_m)
