@@ -35,9 +35,11 @@ class Axis:
 
 
 def power(value: float, digits: int = 1) -> str:
-    """A number as 5.8×10⁻⁷ for HTML and SVG."""
+    """A number as 5.8×10⁻⁷ for HTML and SVG; without the power of ten where that is shorter."""
     if value == 0:
         return "0"
+    if digits and 0.1 <= abs(value) < 1000:
+        return f"{value:.0f}" if abs(value) >= 100 else f"{value:.2g}"
     exponent = floor(log10(abs(value)) + 1e-12)
     mantissa = f"{value / 10.0**exponent:.{digits}f}"
     if mantissa.startswith("10"):

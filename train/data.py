@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
@@ -16,16 +14,24 @@ PURPOSES = ("train", "held_out", "test", "held_out_edges", "test_edges")
 
 
 class Labelled(NamedTuple):
-    """Samples that have a peak, and how many drawn with them have none."""
+    """All samples drawn, and their labels; those without a peak are flagged, and used by no one."""
 
     rig: Rig
     impact: Impact
     peak: Peak
-    without_peak: int
 
     @property
-    def size(self) -> int:
-        return int(self.peak.f_max.size)
+    def has_peak(self) -> np.ndarray:
+        return np.asarray(self.peak.has_peak)
+
+    @property
+    def f_max(self) -> np.ndarray:
+        """Peak force of the samples that have one, N."""
+        return np.asarray(self.peak.f_max)[self.has_peak]
+
+    def sizes(self) -> dict[str, int]:
+        """How many samples have a peak, and how many were set apart."""
+        return {"with_peak": int(self.has_peak.sum()), "without_peak": int((~self.has_peak).sum())}
 
 
 def draw_samples(
@@ -62,14 +68,9 @@ def label_samples(rig: Rig, impact: Impact) -> Peak:
 
 
 def make_data(config: Config, purpose: str) -> Labelled:
-    """The samples of one purpose with their labels; those without a peak are set apart and counted."""
+    """The samples of one purpose with their labels."""
     count = getattr(config.samples, purpose.removesuffix("_edges"))
     seed = int(np.random.SeedSequence([config.seed, PURPOSES.index(purpose)]).generate_state(1)[0])
     towards_edges = purpose == "train" or purpose.endswith("_edges")
     rig, impact = draw_samples(config.ranges, count, config.samples.method, seed, towards_edges)
-    peak = label_samples(rig, impact)
-    has_peak = np.asarray(peak.has_peak)
-    rig, impact, peak = jax.tree.map(
-        lambda leaf: jnp.asarray(np.asarray(leaf)[has_peak]), (rig, impact, peak)
-    )
-    return Labelled(rig, impact, peak, int((~has_peak).sum()))
+    return Labelled(rig, impact, label_samples(rig, impact))

@@ -1,8 +1,10 @@
 """The error of a surrogate against the model, on samples that training never saw."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from acf_jax.model import Impact, Rig, find_peak
@@ -19,15 +21,27 @@ TABLE1_F_P = 100.0
 TABLE1 = ((0.05, 108, 110), (0.1, 130, 137), (0.2, 195, 198), (0.3, 271, 282), (0.35, 310, 320))
 
 
-def relative_error(surrogate: Surrogate, data: Labelled) -> np.ndarray:
-    """F_surrogate/F_model - 1 of each sample."""
-    force = jax.jit(jax.vmap(surrogate.force))(data.rig, data.impact)
-    return np.asarray(force / data.peak.f_max - 1)
+class Answers(NamedTuple):
+    """What a surrogate says of the samples that have a peak."""
+
+    error: np.ndarray  # F_surrogate/F_model - 1
+    bound: np.ndarray  # stated by the surrogate, relative to F_model
+    u: np.ndarray  # distance from the fold
 
 
-def fold_distance(data: Labelled) -> np.ndarray:
-    """u of each sample: 0 where the peak is about to disappear."""
-    return np.asarray(jax.jit(jax.vmap(distance_to_fold))(data.rig, data.impact).u)
+def ask(surrogate: Surrogate, data: Labelled) -> Answers:
+    """The surrogate's answers to the samples that have a peak."""
+    force, bound, u = (np.asarray(value)[data.has_peak] for value in _ask(surrogate, data.rig, data.impact))
+    return Answers(force / data.f_max - 1, bound / data.f_max, u)
+
+
+@eqx.filter_jit
+def _ask(surrogate: Surrogate, rig: Rig, impact: Impact) -> tuple[jax.Array, jax.Array, jax.Array]:
+    def one(rig: Rig, impact: Impact) -> tuple[jax.Array, jax.Array, jax.Array]:
+        fold = distance_to_fold(rig, impact)
+        return surrogate.force(rig, impact), surrogate.error_bound(rig, impact), fold.u
+
+    return jax.vmap(one)(rig, impact)
 
 
 def judge(
@@ -36,35 +50,28 @@ def judge(
     """Everything the report says about errors, as plain numbers, for each feature set."""
     metrics: dict[str, Any] = {
         "features": config.features,
-        "samples": {
-            name: {"with_peak": data.size, "without_peak": data.without_peak}
-            for name, data in {"train": train, **test}.items()
-        },
+        "samples": {name: data.sizes() for name, data in {"train": train, **test}.items()},
         "errors": {},
         "distribution": {},
     }
     for name, surrogate in surrogates.items():
-        errors = {density: relative_error(surrogate, data) for density, data in test.items()}
-        metrics["errors"][name] = {
-            density: _figures(error, test[density], surrogate) for density, error in errors.items()
-        } | {
-            "parameters": sum(
-                leaf.size for leaf in jax.tree.leaves(surrogate.network) if hasattr(leaf, "size")
-            )
+        answers = {density: ask(surrogate, data) for density, data in test.items()}
+        sizes = [leaf.size for leaf in jax.tree.leaves(eqx.filter(surrogate.network, eqx.is_array))]
+        metrics["errors"][name] = {"parameters": sum(sizes)} | {
+            density: _figures(answers[density], test[density]) for density in test
         }
-        metrics["distribution"][name] = _distribution(errors["box"])
+        metrics["distribution"][name] = _distribution(answers["box"].error)
         if name == config.features:
             held_out = surrogate.held_out
             metrics["bound"] = {"u": held_out.edges.tolist(), "relative": held_out.largest.tolist()}
-            metrics["map"] = _maps(errors["box"], test["box"])
-            metrics["worst"] = _worst(errors["box"], test["box"])
+            columns = _columns(test["box"], answers["box"])
+            metrics["map"] = _maps(columns)
+            metrics["worst"] = _worst(columns)
     return metrics
 
 
-def _figures(error: np.ndarray, data: Labelled, surrogate: Surrogate) -> dict[str, Any]:
+def _figures(answers: Answers, data: Labelled) -> dict[str, Any]:
     """Quantiles and extremes of the error, relative and in newtons, and how often the bound failed."""
-    force = np.asarray(data.peak.f_max)
-    bound = np.asarray(jax.jit(jax.vmap(surrogate.error_bound))(data.rig, data.impact))
 
     def of(value: np.ndarray) -> dict[str, float]:
         size = np.abs(value)
@@ -78,10 +85,10 @@ def _figures(error: np.ndarray, data: Labelled, surrogate: Surrogate) -> dict[st
         }
 
     return {
-        "relative": of(error),
-        "newton": of(error * force),
-        "above_bound": int((np.abs(error) * force > bound).sum()),
-        "samples": data.size,
+        "relative": of(answers.error),
+        "newton": of(answers.error * data.f_max),
+        "above_bound": int((np.abs(answers.error) > answers.bound).sum()),
+        "samples": answers.error.size,
     }
 
 
@@ -91,42 +98,35 @@ def _distribution(error: np.ndarray) -> dict[str, list[float]]:
     return {"share": shares.tolist(), "error": np.quantile(np.abs(error), 1 - shares).tolist()}
 
 
-def groups(data: Labelled) -> dict[str, np.ndarray]:
-    """zeta, kappa and the group p, as the share F_P/F_0 = p/sqrt(p^2 + kappa), and u."""
+def _columns(data: Labelled, answers: Answers) -> dict[str, np.ndarray]:
+    """Parameters, dimensionless groups (p as p/sqrt(p^2 + kappa)), peak force and error of each sample."""
     rig, impact = data.rig, data.impact
-    undamped = np.sqrt(impact.f_p**2 + rig.k_c * rig.m * impact.v_e**2)
-    return {
-        "zeta": np.asarray(rig.zeta),
-        "kappa": np.asarray(rig.k_c / rig.k),
-        "share": np.asarray(impact.f_p) / undamped,
-        "u": fold_distance(data),
-    }
+    undamped = jnp.sqrt(impact.f_p**2 + rig.k_c * rig.m * impact.v_e**2)
+    all_samples = dict(zip(UNITS, (rig.m, rig.zeta, rig.k_f, rig.k_c, impact.v_e, impact.f_p), strict=True))
+    all_samples |= {"kappa": rig.k_c / rig.k, "share": impact.f_p / undamped, "f_max": data.peak.f_max}
+    columns = {name: np.asarray(column)[data.has_peak] for name, column in all_samples.items()}
+    return columns | {"u": answers.u, "relative_error": answers.error}
 
 
-def _maps(error: np.ndarray, data: Labelled) -> list[dict[str, Any]]:
+def _maps(columns: dict[str, np.ndarray]) -> list[dict[str, Any]]:
     """The largest error in each cell of a plane of two groups; None where no sample falls."""
-    x = groups(data)
     maps = []
-    for across, up in (("zeta", "u"), ("zeta", "kappa"), ("share", "zeta")):
-        cells, edges = [], []
-        for name in (across, up):
-            low, high = float(x[name].min()), float(x[name].max())
-            index = ((x[name] - low) / (high - low) * MAP_CELLS).astype(int).clip(0, MAP_CELLS - 1)
-            cells.append(index)
-            edges.append([low, high])
+    for plane in (("zeta", "u"), ("zeta", "kappa"), ("share", "zeta")):
+        spans = [(float(columns[name].min()), float(columns[name].max())) for name in plane]
+        across, up = (
+            ((columns[name] - low) / (high - low) * MAP_CELLS).astype(int).clip(0, MAP_CELLS - 1)
+            for name, (low, high) in zip(plane, spans, strict=True)
+        )
         largest = np.full((MAP_CELLS, MAP_CELLS), -1.0)
-        np.maximum.at(largest, (cells[1], cells[0]), np.abs(error))
+        np.maximum.at(largest, (up, across), np.abs(columns["relative_error"]))
         rows = [[None if value < 0 else float(f"{value:.3g}") for value in row] for row in largest]
-        maps.append({"across": across, "up": up, "range": edges, "largest": rows})
+        maps.append({"across": plane[0], "up": plane[1], "range": spans, "largest": rows})
     return maps
 
 
-def _worst(error: np.ndarray, data: Labelled, count: int = 10) -> list[dict[str, float]]:
+def _worst(columns: dict[str, np.ndarray], count: int = 10) -> list[dict[str, float]]:
     """The samples with the largest relative errors, worst first."""
-    order = np.argsort(-np.abs(error), kind="stable")[:count]
-    rig, impact = data.rig, data.impact
-    columns = dict(zip(UNITS, (rig.m, rig.zeta, rig.k_f, rig.k_c, impact.v_e, impact.f_p), strict=True))
-    columns |= {"u": fold_distance(data), "f_max": data.peak.f_max, "relative_error": error}
+    order = np.argsort(-np.abs(columns["relative_error"]), kind="stable")[:count]
     return [{name: float(column[i]) for name, column in columns.items()} for i in order]
 
 

@@ -9,7 +9,7 @@ import json
 import platform
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -71,7 +71,8 @@ def run(config: Config, resume: bool = False) -> dict[str, Any]:
     data = {purpose: make_data(config, purpose) for purpose in ("train", "held_out", "held_out_edges")}
     timings["data_s"] = clock() - start
     train = data["train"]
-    print(f"{train.size:,} samples with a peak to train on, {train.without_peak:,} without set apart")
+    counts = train.sizes()
+    print(f"{counts['with_peak']:,} samples to train on; {counts['without_peak']:,} without a peak set apart")
 
     surrogates, histories = {}, {}
     for name in config.all_features:
@@ -105,8 +106,8 @@ def train_network(
 ) -> tuple[Surrogate, list[float]]:
     """A surrogate fitted to the data, its error still unknown, and the mean loss of each chunk of steps."""
     settings, dtype = config.optimiser, np.dtype(config.precision)
-    x = jax.jit(jax.vmap(features.coordinates))(data.rig, data.impact)
-    y = jax.jit(jax.vmap(features.target))(data.rig, data.impact, data.peak)
+    x = jax.jit(jax.vmap(features.coordinates))(data.rig, data.impact)[data.has_peak]
+    y = jax.jit(jax.vmap(features.target))(data.rig, data.impact, data.peak)[data.has_peak]
     to_x = Affine((x.max(0) + x.min(0)) / 2, jnp.maximum((x.max(0) - x.min(0)) / 2, 1e-12))
     to_y = Affine(y.mean(), jnp.maximum(y.std(), 1e-12))
     x, y = jax.vmap(to_x)(x).astype(dtype), to_y(y).astype(dtype)
@@ -114,31 +115,16 @@ def train_network(
     network_key, batch_key = jax.random.split(jax.random.key(config.seed))
     network = new_network(x.shape[1], config.network, dtype, network_key)
     parameters, static = eqx.partition(network, eqx.is_inexact_array)
-    schedule = optax.warmup_cosine_decay_schedule(
-        0.0,
-        settings.learning_rate,
-        settings.warm_up_steps,
-        settings.steps,
-        settings.learning_rate * settings.final_fraction,
+    optimiser = optax.adam(
+        optax.warmup_cosine_decay_schedule(
+            0.0,
+            settings.learning_rate,
+            settings.warm_up_steps,
+            settings.steps,
+            settings.learning_rate * settings.final_fraction,
+        )
     )
-    optimiser = optax.adam(schedule)
-
-    def loss(parameters: Any, x: jax.Array, y: jax.Array) -> jax.Array:
-        # The batch is the last axis: each layer is then one matrix product without a transposition.
-        predicted = jax.vmap(eqx.combine(parameters, static), in_axes=1)(x.T)
-        return jnp.mean((predicted - y) ** 2)
-
-    def one_step(carry: tuple[Any, Any], step: jax.Array) -> tuple[tuple[Any, Any], jax.Array]:
-        parameters, memory = carry
-        rows = jax.random.randint(jax.random.fold_in(batch_key, step), (settings.batch,), 0, x.shape[0])
-        value, slope = jax.value_and_grad(loss)(parameters, x[rows], y[rows])
-        updates, memory = optimiser.update(slope, memory, parameters)
-        return (optax.apply_updates(parameters, updates), memory), value
-
-    @partial(jax.jit, static_argnames="count")
-    def many_steps(parameters: Any, memory: Any, first: int, count: int) -> tuple[Any, Any, jax.Array]:
-        carry, losses = jax.lax.scan(one_step, (parameters, memory), first + jnp.arange(count))
-        return *carry, losses.mean()
+    run_steps = make_steps(static, optimiser, x, y, settings.batch, batch_key)
 
     path = config.output / "checkpoints" / f"{features.name}.eqx"
     if not resume:
@@ -147,8 +133,8 @@ def train_network(
     with Progress(features.name, state.step, settings.steps) as progress:
         while state.step < settings.steps:
             count = min(settings.steps_per_checkpoint, settings.steps - state.step)
-            *trees, mean = many_steps(state.parameters, state.optimiser, state.step, count)
-            new = State(*trees, state.step + count, [*state.losses, float(mean)])
+            parameters, memory, mean = run_steps(state.parameters, state.optimiser, state.step, count)
+            new = State(parameters, memory, state.step + count, [*state.losses, float(mean)])
             if not is_finite(new):
                 kept = (
                     f"the state of step {state.step} is kept in {path}" if state.step else "nothing is kept"
@@ -178,13 +164,47 @@ def train_network(
     return with_dtype(surrogate, dtype), state.losses
 
 
+def make_steps(
+    static: Any,
+    optimiser: optax.GradientTransformation,
+    x: jax.Array,
+    y: jax.Array,
+    batch: int,
+    key: jax.Array,
+) -> Callable[[Any, Any, int, int], tuple[Any, Any, jax.Array]]:
+    """(parameters, optimiser's memory, first step, count) to both after `count` steps and their mean loss.
+
+    The batch of a step is drawn from the key and the step's number alone, so that a resumed run draws
+    what an uninterrupted one would have drawn.
+    """
+
+    def loss(parameters: Any, x: jax.Array, y: jax.Array) -> jax.Array:
+        # The batch is the last axis: each layer is then one matrix product without a transposition.
+        predicted = jax.vmap(eqx.combine(parameters, static), in_axes=1)(x.T)
+        return jnp.mean((predicted - y) ** 2)
+
+    def one_step(carry: tuple[Any, Any], step: jax.Array) -> tuple[tuple[Any, Any], jax.Array]:
+        parameters, memory = carry
+        rows = jax.random.randint(jax.random.fold_in(key, step), (batch,), 0, x.shape[0])
+        value, slope = jax.value_and_grad(loss)(parameters, x[rows], y[rows])
+        updates, memory = optimiser.update(slope, memory, parameters)
+        return (optax.apply_updates(parameters, updates), memory), value
+
+    @partial(jax.jit, static_argnames="count")
+    def run_steps(parameters: Any, memory: Any, first: int, count: int) -> tuple[Any, Any, jax.Array]:
+        carry, losses = jax.lax.scan(one_step, (parameters, memory), first + jnp.arange(count))
+        return *carry, losses.mean()
+
+    return run_steps
+
+
 def bound_error(surrogate: Surrogate, *held_out: Labelled) -> Surrogate:
     """The surrogate with the largest relative errors seen on held-out samples, by distance from the fold."""
     largest = np.zeros(evaluate.BOUND_BINS)
     for data in held_out:
-        error, u = evaluate.relative_error(with_dtype(surrogate, float), data), evaluate.fold_distance(data)
-        bins = np.searchsorted(np.asarray(surrogate.held_out.edges), u).clip(0, largest.size - 1)
-        np.maximum.at(largest, bins, np.abs(error))
+        answers = evaluate.ask(with_dtype(surrogate, float), data)
+        bins = np.searchsorted(np.asarray(surrogate.held_out.edges), answers.u).clip(0, largest.size - 1)
+        np.maximum.at(largest, bins, np.abs(answers.error))
     # A sample is never given a smaller bound than those farther from the fold than itself.
     largest = np.maximum.accumulate(largest[::-1])[::-1]
     dtype = surrogate.x.scale.dtype

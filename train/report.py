@@ -105,10 +105,10 @@ def _features(config: Config, metrics: dict[str, Any]) -> str:
         row("p99.9", "box", "relative", "p99_9"),
         row("max", "box", "relative", "max"),
         row("max, edges", "edges", "relative", "max"),
-        row("largest under", "box", "relative", "largest_under_prediction"),
+        row("max under", "box", "relative", "largest_under_prediction"),
         row("p99.9, N", "box", "newton", "p99_9"),
         row("max, N", "box", "newton", "max"),
-        row("largest under, N", "box", "newton", "largest_under_prediction"),
+        row("max under, N", "box", "newton", "largest_under_prediction"),
     ]
     meanings = "; ".join(f"<b>{name}</b>: {_lowered(FEATURES[name].meaning)}" for name in config.all_features)
     return (
@@ -123,9 +123,9 @@ def _features(config: Config, metrics: dict[str, Any]) -> str:
             Axis("share of samples above it", log=True),
         )
         + chart("Training", losses, Axis("step"), Axis("loss (its own target, scaled)", log=True))
-        + "</div><p class=note>Relative errors are |surrogate/model - 1|. 'At the edges': on a second set of "
-        "fresh samples, drawn densely towards the faces and corners of the box. The losses have different "
-        "targets: compare the errors, not the losses.</p>"
+        + "</div><p class=note>Relative errors are |surrogate/model - 1|; 'under': under-predictions only; "
+        "'edges': a second set of fresh samples, dense towards the faces and corners of the box. "
+        "The losses have different targets: compare the errors, not the losses.</p>"
     )
 
 

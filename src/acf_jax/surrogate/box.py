@@ -34,8 +34,9 @@ class Box:
         for i, (name, unit) in enumerate(UNITS.items()):
             outside = np.flatnonzero(~inside[:, i])
             if outside.size:
+                of_unit = "" if unit == "1" else f" {unit}"
                 found.append(
-                    f"{name} must be {self.low[i]:g} to {self.high[i]:g} {unit}, but is "
+                    f"{name} must be {self.low[i]:g} to {self.high[i]:g}{of_unit}, but is "
                     f"{rows[outside[0], i]:g} in sample {outside[0]}{_and_more(outside.size)}"
                 )
         return found

@@ -30,11 +30,13 @@ def distance_to_fold(rig: Rig, impact: Impact) -> Fold:
     **Returns:** `Fold`; without a peak u = 0, with finite gradients.
     """
     zeta, kappa, epsilon = rig.zeta, rig.k_c / rig.k, rig.k_f / rig.k
-    # Shares of F_P and m omega v, so that neither may be the divisor when it is 0.
+    # Shares of F_P and m omega v, so that neither is a divisor where it is 0; both 0 stand for v -> 0.
     momentum = impact.v_e * jnp.sqrt(rig.m * rig.k)
-    scale = jnp.maximum(impact.f_p + momentum, jnp.finfo(zeta.dtype).tiny)
-    b = kappa * momentum / scale
-    a = impact.f_p / scale - zeta * b
+    scale = impact.f_p + momentum
+    moving = jnp.where(scale > 0, momentum / jnp.where(scale > 0, scale, 1.0), 1.0)
+    pressed = jnp.where(scale > 0, impact.f_p / jnp.where(scale > 0, scale, 1.0), 0.0)
+    b = kappa * moving
+    a = pressed - zeta * b
     eta_squared = (1 - zeta) * (1 + zeta)
     q = a * a + b * b * eta_squared
 
@@ -47,7 +49,7 @@ def distance_to_fold(rig: Rig, impact: Impact) -> Fold:
 
     sigma_m = carlson_rc(zeta, jnp.ones_like(zeta))
     largest = root_q * jnp.exp(-zeta * (tau_0 + sigma_m))
-    ratio = epsilon * momentum / scale / jnp.maximum(largest, tiny)
-    has_peak = is_turning & (ratio < 1)
-    u = jnp.where(has_peak, jnp.sqrt(jnp.where(has_peak, 1 - ratio, 1.0)), 0.0)
+    has_peak = is_turning & (epsilon * moving < largest)
+    ratio = jnp.where(has_peak, epsilon * moving / jnp.where(has_peak, largest, 1.0), 0.0)
+    u = jnp.where(has_peak, jnp.sqrt(1 - ratio), 0.0)
     return Fold(u, tau_0, sigma_m, has_peak)

@@ -106,10 +106,11 @@ def _like(header: _Header, text: str) -> Surrogate:
     dtype, features = np.dtype(header.dtype), FEATURES[header.features]
     inputs = len(features.inputs)
 
-    def blank(*shape: int) -> np.ndarray:
+    def blank(*shape: int) -> Any:
+        # NumPy's, because JAX without x64 has no float64
         return np.zeros(shape, dtype)
 
-    network = eqx.filter_eval_shape(new_network, inputs, header.network, dtype, jax.random.key(0))
+    network = eqx.filter_eval_shape(new_network, inputs, header.network, float, jax.random.key(0))
     network = jax.tree.map(
         lambda leaf: blank(*leaf.shape) if isinstance(leaf, jax.ShapeDtypeStruct) else leaf, network
     )
