@@ -29,71 +29,54 @@ def _add(a: _State, b: _State, scale: Scalar | float) -> _State:
     return jax.tree.map(lambda p, q: p + scale * q, a, b)
 
 
-def _motion(
-    rig: Rig, impact: Impact, effects: Sequence[AbstractEffect], pull: Scalar, t: Scalar, y: _State
-) -> Motion:
-    """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
-    own = tuple(zip(effects, y.own, strict=True))
-    robot = [e.robot_displacement(rig, impact, t, q) for e, q in own]
-    pad = [e.pad_displacement(q) for e, q in own]
-    s = impact.v_e * t + sum(r[0] for r in robot) - y.x - sum(p[0] for p in pad)
-    s_dot = impact.v_e + sum(r[1] for r in robot) - y.x_dot - sum(p[1] for p in pad)
-    linear = rig.k_c * s + impact.f_p - sum(e.initial_relief(impact) for e in effects)
-    motion = Motion(rig, impact, t, y.x, y.x_dot, s, s_dot, linear)
-    f_c = linear + sum(e.contact_force(motion, q) for e, q in own)
-    return motion._replace(f_c=jnp.where(f_c > 0, f_c, pull * f_c))
+class _System(NamedTuple):
+    """The equations of motion of one impact with effects."""
 
+    rig: Rig
+    impact: Impact
+    effects: tuple[AbstractEffect, ...]
+    pull: Scalar
 
-def _rates(
-    rig: Rig,
-    impact: Impact,
-    effects: Sequence[AbstractEffect],
-    pull: Scalar,
-    t: Scalar,
-    y: _State,
-    free: Scalar,
-) -> _State:
-    """Equation (1) with effects; `free` is the share of the step for which the flange is off its stop."""
-    motion = _motion(rig, impact, effects, pull, t, y)
-    force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in zip(effects, y.own, strict=True))
-    x_ddot = free * (force - rig.d * y.x_dot - rig.k_f * y.x) / rig.m
-    own = tuple(e.rates(motion, x_ddot, q) for e, q in zip(effects, y.own, strict=True))
-    return _State(free * y.x_dot, x_ddot, own)
+    def motion(self, t: Scalar, y: _State) -> Motion:
+        """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
+        rig, impact = self.rig, self.impact
+        own = tuple(zip(self.effects, y.own, strict=True))
+        robot = [e.robot_displacement(rig, impact, t, q) for e, q in own]
+        pad = [e.pad_displacement(q) for e, q in own]
+        s = impact.v_e * t + sum(r[0] for r in robot) - y.x - sum(p[0] for p in pad)
+        s_dot = impact.v_e + sum(r[1] for r in robot) - y.x_dot - sum(p[1] for p in pad)
+        linear = rig.k_c * s + impact.f_p - sum(e.initial_relief(impact) for e in self.effects)
+        motion = Motion(rig, impact, t, y.x, y.x_dot, s, s_dot, linear)
+        f_c = linear + sum(e.contact_force(motion, q) for e, q in own)
+        return motion._replace(f_c=jnp.where(f_c > 0, f_c, self.pull * f_c))
 
+    def rates(self, t: Scalar, y: _State, free: Scalar) -> _State:
+        """Equation (1) with effects; `free` is the share of the step for which the flange is off its stop."""
+        rig, motion = self.rig, self.motion(t, y)
+        own = tuple(zip(self.effects, y.own, strict=True))
+        force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in own)
+        x_ddot = free * (force - rig.d * y.x_dot - rig.k_f * y.x) / rig.m
+        return _State(free * y.x_dot, x_ddot, tuple(e.rates(motion, x_ddot, q) for e, q in own))
 
-def _free_share(
-    rig: Rig, impact: Impact, effects: Sequence[AbstractEffect], pull: Scalar, t: Scalar, h: Scalar, y: _State
-) -> Scalar:
-    """Share of the step after the contact force has passed the force that releases a held flange."""
-    release = jnp.asarray(-jnp.inf)
-    for e in effects:
-        release = jnp.maximum(release, e.release_force(impact))
-    held = _rates(rig, impact, effects, pull, t, y, jnp.asarray(0.0))
-    now = _motion(rig, impact, effects, pull, t, y).f_c
-    then = _motion(rig, impact, effects, pull, t + h, _add(y, held, h)).f_c
-    rising = jnp.where(then > now, then - now, 1.0)
-    crossing = jnp.where(then > release, jnp.minimum((then - release) / rising, 1.0), 0.0)
-    return jnp.where(now >= release, 1.0, crossing)
+    def free_share(self, t: Scalar, h: Scalar, y: _State) -> Scalar:
+        """Share of the step after the contact force has passed the force that releases a held flange."""
+        release = jnp.asarray(-jnp.inf)
+        for e in self.effects:
+            release = jnp.maximum(release, e.release_force(self.impact))
+        held = self.rates(t, y, jnp.asarray(0.0))
+        now = self.motion(t, y).f_c
+        then = self.motion(t + h, _add(y, held, h)).f_c
+        rising = jnp.where(then > now, then - now, 1.0)
+        crossing = jnp.where(then > release, jnp.minimum((then - release) / rising, 1.0), 0.0)
+        return jnp.where(now >= release, 1.0, crossing)
 
-
-def _step(
-    rig: Rig,
-    impact: Impact,
-    effects: Sequence[AbstractEffect],
-    pull: Scalar,
-    t: Scalar,
-    h: Scalar,
-    y: _State,
-    free: Scalar,
-) -> _State:
-    def rates(t: Scalar, y: _State) -> _State:
-        return _rates(rig, impact, effects, pull, t, y, free)
-
-    k_1 = rates(t, y)
-    k_2 = rates(t + h / 2, _add(y, k_1, h / 2))
-    k_3 = rates(t + h / 2, _add(y, k_2, h / 2))
-    k_4 = rates(t + h, _add(y, k_3, h))
-    return jax.tree.map(lambda y, a, b, c, d: y + h / 6 * (a + 2 * b + 2 * c + d), y, k_1, k_2, k_3, k_4)
+    def step(self, t: Scalar, h: Scalar, y: _State, free: Scalar) -> _State:
+        """The classical Runge-Kutta method of order four."""
+        k_1 = self.rates(t, y, free)
+        k_2 = self.rates(t + h / 2, _add(y, k_1, h / 2), free)
+        k_3 = self.rates(t + h / 2, _add(y, k_2, h / 2), free)
+        k_4 = self.rates(t + h, _add(y, k_3, h), free)
+        return jax.tree.map(lambda y, a, b, c, d: y + h / 6 * (a + 2 * b + 2 * c + d), y, k_1, k_2, k_3, k_4)
 
 
 def simulate(
@@ -118,9 +101,10 @@ def simulate(
 
     **Returns:** a `Response` with leaves of shape `(samples,)`, in N.
     """
-    h, pull = jnp.asarray(h, float), jnp.asarray(pull, float)
+    h = jnp.asarray(h, float)
+    system = _System(rig, impact, tuple(effects), jnp.asarray(pull, float))
     y_0 = _State(jnp.zeros(()), jnp.zeros(()), tuple(jnp.zeros(e.n_own) for e in effects))
-    f_0 = _motion(rig, impact, effects, pull, jnp.zeros(()), y_0).f_c
+    f_0 = system.motion(jnp.zeros(()), y_0).f_c
     memory_0 = tuple(jnp.zeros(2) for _ in effects)
 
     def sense(
@@ -141,9 +125,9 @@ def simulate(
     def body(k: Int[Array, ""], carry: tuple) -> tuple:
         y, released, signals, memories, out = carry
         t = k * h
-        free = jnp.where(released, 1.0, _free_share(rig, impact, effects, pull, t, h, y))
-        y = _step(rig, impact, effects, pull, t, h, y, free)
-        f_c = _motion(rig, impact, effects, pull, t + h, y).f_c
+        free = jnp.where(released, 1.0, system.free_share(t, h, y))
+        y = system.step(t, h, y, free)
+        f_c = system.motion(t + h, y).f_c
         signals, memories = sense(signals, f_c, h, memories)
         out = Response(out.sensed.at[k + 1].set(signals[-1]), out.contact.at[k + 1].set(f_c))
         return y, released | (free > 0), signals, memories, out
