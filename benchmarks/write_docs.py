@@ -29,7 +29,10 @@ def rewrite(text: str, only: str = "") -> str:
         if command[0] == "python":
             command[0] = sys.executable
         finished = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True)
-        return f"{block[1]}\n{finished.stdout.strip()}\n\n{block[4]}"
+        output = finished.stdout.strip()
+        if "|--" not in output:  # no Markdown table
+            output = f"```text\n{output}\n```"
+        return f"{block[1]}\n{output}\n\n{block[4]}"
 
     return BLOCK.sub(run, text)
 

@@ -69,8 +69,8 @@ def test_rounds_are_interleaved():
     assert median_ratio([2.0, 6.0, 4.0], [1.0, 2.0, 2.0]) == 2.0
 
 
-def test_documentation_gets_the_output_of_its_commands():
-    block = "<!-- run: python -c 'print(6 * 7)' -->\n{}<!-- end -->"
-    text = "before\n" + block.format("old\n") + "\nafter"
-    assert write_docs.rewrite(text) == "before\n" + block.format("\n42\n\n") + "\nafter"
-    assert write_docs.rewrite(text, only="nothing like it") == text
+@pytest.mark.parametrize("output, shown", [("42", "```text\n42\n```"), ("|--:|", "|--:|")])
+def test_documentation_gets_the_output_of_its_commands(output, shown):
+    block = f"before\n<!-- run: python -c 'print(\"{output}\")' -->\n%s<!-- end -->\nafter"
+    assert write_docs.rewrite(block % "old\n") == block % f"\n{shown}\n\n"
+    assert write_docs.rewrite(block % "old\n", only="nothing like it") == block % "old\n"
