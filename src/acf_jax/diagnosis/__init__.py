@@ -1,0 +1,1 @@
+"""Diagnosing the gap between the paper's model and measured impacts."""

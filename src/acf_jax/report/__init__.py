@@ -1,0 +1,4 @@
+"""What a person reads of a diagnosis."""
+
+from acf_jax.report.words import sentence as sentence
+from acf_jax.report.write import write_report as write_report

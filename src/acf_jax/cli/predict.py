@@ -1,0 +1,124 @@
+"""`python -m acf_jax predict`: forces of a diagnosed rig at conditions that were not tried."""
+
+import csv
+import io
+from pathlib import Path
+
+import click
+
+EXAMPLES = """
+\b
+Examples:
+  python -m acf_jax predict result --conditions conditions.csv --out predictions
+  python -m acf_jax predict result --conditions conditions.csv --out nominal --model nominal --sample-rate 8000
+"""
+COLUMNS = (
+    "trial",
+    "contact_velocity_m_per_s",
+    "pretension_n",
+    "peak_force_n",
+    "peak_force_std_n",
+    "peak_time_s",
+    "contact_peak_force_n",
+    "contact_peak_force_std_n",
+)
+
+
+@click.command(epilog=EXAMPLES)
+@click.argument("diagnosis_dir", type=click.Path(path_type=Path))
+@click.option(
+    "--conditions",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="CSV: trial, contact_velocity_m_per_s, pretension_n.",
+)
+@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for the predictions.")
+@click.option(
+    "--model",
+    "which",
+    default="corrected",
+    show_default=True,
+    type=click.Choice(["nominal", "recalibrated", "corrected"]),
+    help="The paper's model at its prior values, refitted, or with the effects found.",
+)
+@click.option("--sample-rate", type=float, help="Of the traces, Hz; the data set's by default.")
+def command(diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample_rate: float | None) -> None:
+    """Predict impacts with the model that `diagnose` left in DIAGNOSIS_DIR.
+
+    Writes OUT/predictions.csv and OUT/traces/<trial>.csv.
+    """
+    from acf_jax.dataset import read_conditions
+    from acf_jax.errors import InputError
+
+    faults = []
+    if sample_rate is not None and not 100 <= sample_rate <= 1e6:
+        faults.append(f"--sample-rate {sample_rate:g}: must lie between 100 and 1000000 Hz")
+    if out.exists() and not out.is_dir():
+        faults.append(f"--out {out}: is a file; name a folder")
+    trials = ()
+    try:
+        trials = read_conditions(conditions)
+    except InputError as error:
+        faults += error.faults
+    if faults:
+        raise InputError(faults)
+
+    from acf_jax.cli._start import start_jax
+
+    start_jax()
+    import numpy as np
+
+    from acf_jax.diagnosis.model_file import read_model
+    from acf_jax.diagnosis.predict import predict
+    from acf_jax.files import whole_folder, write_text
+
+    model = read_model(diagnosis_dir / "model.json")
+    v_e = np.array([t.contact_velocity for t in trials])
+    f_p = np.array([t.pretension for t in trials])
+    predictions = predict(model, v_e, f_p, which, sample_rate)  # type: ignore[arg-type]
+    rows = [
+        (
+            t.name,
+            t.contact_velocity,
+            t.pretension,
+            *map(
+                _number,
+                (p.peak_force, p.peak_force_std, p.peak_time, p.contact_peak_force, p.contact_peak_force_std),
+            ),
+        )
+        for t, p in zip(trials, predictions, strict=True)
+    ]
+    with whole_folder(out) as folder:
+        write_text(folder / "predictions.csv", _table(COLUMNS, rows))
+        for trial, p in zip(trials, predictions, strict=True):
+            samples = [
+                (f"{t:.7f}", f"{f:.4f}", f"{c:.4f}")
+                for t, f, c in zip(p.time, p.force, p.contact_force, strict=True)
+            ]
+            write_text(
+                folder / "traces" / f"{trial.name}.csv",
+                _table(("time_s", "force_n", "contact_force_n"), samples),
+            )
+    click.echo(f"{out / 'predictions.csv'}: {len(trials)} impacts by the {which} model")
+    _warn_beyond(v_e, model.v_range, "contact velocities", "m/s")
+    _warn_beyond(f_p, model.f_p_range, "pretensions", "N")
+
+
+def _warn_beyond(values, tried: tuple[float, float], what: str, unit: str) -> None:  # type: ignore[no-untyped-def]
+    if values.min() < 0.5 * tried[0] or values.max() > 1.5 * tried[1]:
+        click.echo(
+            f"note: some {what} lie far beyond the tried {tried[0]:g} to {tried[1]:g} {unit}: the model extrapolates",
+            err=True,
+        )
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}"
+
+
+def _table(columns: tuple[str, ...], rows: list[tuple]) -> str:  # type: ignore[type-arg]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return text.getvalue()

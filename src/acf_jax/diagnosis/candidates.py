@@ -1,0 +1,115 @@
+"""Fitting the candidate explanations: single effects, the four ports, and pairs found by forward search."""
+
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from acf_jax.diagnosis.fit import Fit, fit, linearise
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.ports import ports
+from acf_jax.diagnosis.project import Projector
+from acf_jax.diagnosis.space import Explanation, classes, component_of, coordinates, every_effect, starts
+from acf_jax.effects import library
+
+WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
+
+
+def fit_nominal(observations: Observations) -> Fit:
+    """The paper's model with its own parameters refitted."""
+    return fit(observations, (), np.append(observations.prior.values, 0.0))
+
+
+def fit_single(observations: Observations, name: str) -> Fit:
+    """One effect or port added to the paper's model, the best of its starts."""
+    prior = observations.prior.values
+    return best(fit(observations, (name,), np.concatenate([prior, start, [0.0]])) for start in starts(name))
+
+
+def fit_more(observations: Observations, fitted: Fit, name: str) -> Fit:
+    """A fitted explanation with one more effect."""
+    own = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
+    explanation = tuple(sorted((*fitted.explanation, name)))
+
+    def begin(start: list[float]) -> np.ndarray:
+        middle = [own.get(effect, start) for effect in explanation]
+        return np.concatenate([fitted.theta[:4], *middle, fitted.theta[-1:]])
+
+    return best(fit(observations, explanation, begin(start), fitted.own) for start in starts(name))
+
+
+def partners(observations: Observations, fitted: Fit) -> list[tuple[str, float]]:
+    """The effects by how much of what a fit leaves their signature explains, to first order in chi-square.
+
+    A signature is the change of the simulated forces by the effect at one of its starts on the fitted rig; of the
+    residual r it may take (r' s)^2 / s' P s, with the sign that the effect allows.
+    """
+    projector = Projector.at(fitted.linear)
+    gains = {}
+    for name in library():
+        if name in fitted.explanation:
+            continue
+        gains[name] = 0.0
+        for signal, two_sided in signatures(observations, fitted, name):
+            # at the optimum the residuals, those of the priors included, are orthogonal to all that was fitted
+            taken, size = float((fitted.linear.residual * signal).sum()), projector.gram(signal[None])[0, 0]
+            if size > 0 and (two_sided or taken > 0):
+                gains[name] = max(gains[name], taken**2 / size)
+    return sorted(gains.items(), key=lambda item: -item[1])
+
+
+def signatures(observations: Observations, fitted: Fit, name: str) -> Iterator[tuple[np.ndarray, bool]]:
+    """Whitened change of the prediction by an effect at each of its starts, and whether its sign is free.
+
+    The effect meets the fitted rig alone, but is read through the fitted sensor.
+    """
+    sensor = tuple(e for e in fitted.explanation if component_of(e) == "sensor")
+    own = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
+    explanation = tuple(sorted((*sensor, name)))
+
+    def predict(explanation: Explanation, start: list[float]) -> np.ndarray:
+        blocks = [own[e] if e in own else np.array(start) for e in explanation]
+        theta = np.concatenate([fitted.theta[:4], *blocks, fitted.theta[-1:]])
+        space = coordinates(observations.prior, explanation, 1.0)
+        return -linearise(
+            observations, explanation, space, space.coordinate(theta), fitted.own, fitted.grid
+        ).residual
+
+    without = predict(sensor, [])
+    for start in starts(name):
+        changed = predict(explanation, start) - without
+        if np.isfinite(changed).all():
+            yield changed, every_effect()[name].parameters()[0].low < 0
+
+
+def best(fits: Iterable[Fit]) -> Fit:
+    """The fit with the lowest objective; of equals the first."""
+    return min(fits, key=lambda f: f.objective)
+
+
+def in_parallel(tasks: list[Callable[[], Fit]], done: Callable[[], None] = lambda: None) -> list[Fit]:
+    """Run fits on all workers, results in the order of the tasks; `done` is called after each."""
+
+    def run(task: Callable[[], Fit]) -> Fit:
+        result = task()
+        done()
+        return result
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        return list(pool.map(run, tasks))
+
+
+def rig_of(fitted: Fit) -> np.ndarray:
+    """The rig's four parameters of a fit, SI units."""
+    return fitted.theta[:4]
+
+
+def _blocks(fitted: Fit) -> list[np.ndarray]:
+    """The parameters of each effect of a fit."""
+    sizes = [len(cls.parameters()) for cls in classes(fitted.explanation)]
+    return np.split(fitted.theta[4:-1], np.cumsum(sizes)[:-1]) if sizes else []
+
+
+def singles() -> list[Explanation]:
+    """Every effect of the library and every port, alone."""
+    return [(name,) for name in (*library(), *ports())]

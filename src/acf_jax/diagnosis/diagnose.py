@@ -1,0 +1,270 @@
+"""The whole diagnosis: quality, fits, probabilities, held-out figures, what cannot be told apart, what to do next."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from acf_jax.dataset import GapDataset, Quality, assess_dataset
+from acf_jax.diagnosis import candidates, separate
+from acf_jax.diagnosis.experiment import Experiment, propose
+from acf_jax.diagnosis.fit import Fit, fit
+from acf_jax.diagnosis.observe import Observations, observe
+from acf_jax.diagnosis.score import (
+    UNKNOWN,
+    Scored,
+    components,
+    credible_set,
+    explanations,
+    is_port,
+    probabilities,
+)
+from acf_jax.diagnosis.space import Explanation, parameters
+from acf_jax.diagnosis.validate import (
+    GapFigures,
+    HeldOut,
+    Shrinkage,
+    figures,
+    force_shrinkage,
+    hold_out,
+    peak_shrinkage,
+)
+from acf_jax.diagnosis.where import GapMap, gap_map
+from acf_jax.errors import InputError
+
+LEADERS = 3  # single effects from which the forward search goes on
+PARTNERS = 3  # effects that are tried beside each of them
+WORTH_A_SECOND = 9.0  # chi-square that a partner has to promise before the pair is fitted
+OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
+DETECTABLE = 3.0  # whitened distance at which an effect of its typical size counts as detectable
+TOO_MANY = 6  # explanations in the credible set: these trials have not answered
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Everything a diagnosis found; `report` and the command line write it out."""
+
+    dataset: GapDataset
+    quality: Quality
+    observations: Observations
+    verdict: str
+    scored: tuple[Scored, ...]
+    credible: tuple[Explanation, ...]
+    component: dict[str, float]
+    indistinguishable: tuple[separate.Pair, ...]
+    absorbed: dict[str, float]
+    detectability: tuple[separate.Detectability, ...]
+    gap_map: GapMap
+    gap: dict[str, GapFigures]
+    noise_floor_rms_n: float | None
+    shrinkage_force: Shrinkage | None
+    shrinkage_peak: Shrinkage | None
+    fits: tuple[Fit, ...]  # the paper's model first, the others most probable first
+    probability: tuple[float, ...]  # of each fit
+    nominal: Fit
+    corrected: Fit
+    held: dict[str, HeldOut]
+    next_experiment: Experiment | None
+    excluded: dict[str, str]
+    warnings: tuple[str, ...] = field(default=())
+
+
+def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda stage: None) -> Diagnosis:
+    """Where the gap between the paper's model and measured impacts lies, why, and how far it shrinks.
+
+    **Arguments:** `dataset`: as `read_dataset` gives it, or built from arrays. `seed`: of the bootstrap; the same seed
+    gives the same answer. `progress`: called with the name of each stage as it begins.
+
+    **Returns:** a `Diagnosis`. Needs float64 (`jax_enable_x64`).
+
+    **Raises:** `InputError` when fewer than three trials can be used.
+    """
+    progress("looking at the data")
+    quality = assess_dataset(dataset)
+    observations = observe(dataset, quality)
+    _require_trials(dataset, observations)
+    excluded = dict(quality.excluded)
+    recalibrated, fits = _fit_all(observations, progress)
+    outliers = _outliers(observations, min(fits, key=lambda f: f.objective))
+    if outliers:
+        excluded |= outliers
+        observations = observations.subset(np.array([name not in outliers for name in observations.names]))
+        recalibrated, fits = _fit_all(observations, progress)
+    fits = [recalibrated, *fits]
+    probability = probabilities(fits, observations.n_used)
+    order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
+    fits, probability = [fits[i] for i in order], probability[order]
+    scored = explanations(fits, probability)
+    credible = credible_set(scored)
+    corrected = _corrected(fits, probability, scored[0].explanation)
+
+    progress("holding out one condition after the other")
+    measured = _measured_peaks(dataset, quality, observations)
+    nominal = _unfitted(observations)
+    try_on = partial(hold_out, observations, measured_peak=measured, scattered=corrected)
+    held = {"nominal": try_on(nominal, refit=False), "recalibrated": try_on(recalibrated)}
+    held["corrected"] = held["recalibrated"] if corrected is recalibrated else try_on(corrected)
+
+    progress("asking what these trials can tell apart")
+    detectability = tuple(separate.detectability(observations, recalibrated))
+    leader = fits[0] if scored[0].explanation in ((), UNKNOWN) else corrected
+    pairs = separate.confusable(observations, leader, _rivals(fits, leader)) if leader.explanation else []
+    verdict = _verdict(scored, credible, pairs, detectability, observations)
+    no_gap = verdict == "no_gap"
+    floor = _floor(observations, held["corrected"])
+    return Diagnosis(
+        dataset=dataset,
+        quality=quality,
+        observations=observations,
+        verdict=verdict,
+        scored=tuple(scored),
+        credible=tuple(credible),
+        component=components(fits, probability),
+        indistinguishable=tuple(pairs),
+        absorbed=separate.absorbed(observations, recalibrated),
+        detectability=detectability,
+        gap_map=gap_map(observations, recalibrated, held["recalibrated"]),
+        gap={name: figures(observations, value) for name, value in held.items()},
+        noise_floor_rms_n=floor,
+        shrinkage_force=None
+        if no_gap
+        else force_shrinkage(observations, held["recalibrated"], held["corrected"], seed),
+        shrinkage_peak=None
+        if no_gap
+        else peak_shrinkage(held["recalibrated"], held["corrected"], observations.condition, seed),
+        fits=tuple(fits),
+        probability=tuple(float(p) for p in probability),
+        nominal=nominal,
+        corrected=corrected,
+        held=held,
+        next_experiment=_next(observations, fits, probability, credible),
+        excluded=excluded,
+        warnings=(*quality.warnings, *_warnings(corrected)),
+    )
+
+
+def _require_trials(dataset: GapDataset, observations: Observations) -> None:
+    if len(observations.names) < 3:
+        raise InputError(
+            f"{dataset.folder / 'trials.csv'}: only {len(observations.names)} trials show an impact; at least three are"
+            " needed: check that time 0 is first contact and that force is positive in contact"
+        )
+
+
+def _fit_all(observations: Observations, progress: Progress) -> tuple[Fit, list[Fit]]:
+    """The recalibrated model, every single effect and port, and the pairs that forward search finds."""
+    progress("recalibrating the paper's model")
+    recalibrated = candidates.fit_nominal(observations)
+    progress("fitting every effect")
+    alone = [partial(candidates.fit_single, observations, name) for (name,) in candidates.singles()]
+    fits = candidates.in_parallel(alone)
+    progress("searching for pairs")
+    library = sorted((f for f in fits if not is_port(f.explanation)), key=lambda f: f.objective)
+    wanted: dict[Explanation, tuple[Fit, str]] = {}
+    for leader in library[:LEADERS]:
+        for name, gain in candidates.partners(observations, leader)[:PARTNERS]:
+            if gain > WORTH_A_SECOND:
+                wanted.setdefault(tuple(sorted((*leader.explanation, name))), (leader, name))
+    fits += candidates.in_parallel(
+        [partial(candidates.fit_more, observations, f, name) for f, name in wanted.values()]
+    )
+    return recalibrated, fits
+
+
+def _outliers(observations: Observations, fitted: Fit) -> dict[str, str]:
+    """Trials that even the best explanation does not fit while it fits the others."""
+    samples = np.maximum(observations.used.sum(1), 1)
+    ratio = fitted.chi2 / samples
+    if len(ratio) < 5:
+        return {}
+    usual = float(np.median(ratio))
+    beyond = fitted.chi2 - usual * samples > 40 + 8 * usual * np.sqrt(2 * samples)
+    chosen = np.flatnonzero(beyond & (ratio > OUTLIER * usual))
+    if len(chosen) > max(1, len(ratio) // 10):
+        return {}
+    return {
+        observations.names[
+            i
+        ]: f"its misfit to the best explanation is {ratio[i] / usual:.0f} times that of the others"
+        for i in chosen
+    }
+
+
+def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:
+    """The fit behind the most probable explanation: of an unknown cause the best port's."""
+    matching = [
+        i
+        for i, f in enumerate(fits)
+        if (is_port(f.explanation) if first == UNKNOWN else f.explanation == first)
+    ]
+    return fits[max(matching, key=lambda i: probability[i])]
+
+
+def _unfitted(observations: Observations) -> Fit:
+    """The paper's model at the rig's prior values."""
+    return fit(observations, (), np.append(observations.prior.values, 0.0), iterations=0)
+
+
+def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:
+    """The explanations that could be confused with the leader: as many effects, all but one in common."""
+    own = set(leader.explanation)
+    return [
+        f for f in fits if len(f.explanation) == len(own) and len(own & set(f.explanation)) >= len(own) - 1
+    ]
+
+
+def _verdict(
+    scored: Sequence[Scored],
+    credible: Sequence[Explanation],
+    pairs: Sequence[separate.Pair],
+    detectability: Sequence[separate.Detectability],
+    observations: Observations,
+) -> str:
+    first = scored[0].explanation
+    blind = sum(d.distance_at_typical < DETECTABLE for d in detectability) > len(detectability) / 2
+    if observations.peak_only.all() or (blind and first == ()) or len(credible) >= TOO_MANY:
+        return "insufficient_data"
+    if first == ():
+        return "no_gap" if len(credible) == 1 or scored[0].probability > 0.5 else "ambiguous"
+    if first == UNKNOWN:
+        return "unknown"
+    same = {first} | {p.effects[1] for p in pairs}
+    return "identified" if set(credible) <= same else "ambiguous"
+
+
+def _measured_peaks(dataset: GapDataset, quality: Quality, observations: Observations) -> np.ndarray:
+    """The largest sample within the impact phase of each trial, N."""
+    by_name = {t.name: (t, q) for t, q in zip(dataset.trials, quality.trials, strict=True)}
+    peaks = []
+    for name in observations.names:
+        trial, look = by_name[name]
+        peaks.append(look.phase.peak_force if look.phase else trial.peak_force)
+    return np.array(peaks, float)
+
+
+def _floor(observations: Observations, held: HeldOut) -> float | None:
+    used = observations.used & ~observations.peak_only[:, None]
+    return float(np.sqrt(held.floor[used].mean())) if used.any() else None
+
+
+def _next(
+    observations: Observations, fits: Sequence[Fit], probability: np.ndarray, credible: Sequence[Explanation]
+) -> Experiment | None:
+    """The trial that best separates the two most probable explanations still standing."""
+    standing = [(f, float(p)) for f, p in zip(fits, probability, strict=True) if f.explanation in credible]
+    if len(standing) < 2:
+        return None
+    standing.sort(key=lambda item: -item[1])
+    return propose(observations, standing[0], standing[1])
+
+
+def _warnings(corrected: Fit) -> list[str]:
+    names = [name for name, _ in parameters(corrected.explanation)]
+    return [
+        f"{name} ended at its bound ({value:.4g}): its value is not determined by these trials"
+        for name, value, bound in zip(names, corrected.theta, corrected.at_bound, strict=False)
+        if bound
+    ]

@@ -1,0 +1,112 @@
+"""`diagnosis.json`: the diagnosis as the contract says, plain JSON."""
+
+from typing import Any
+
+import numpy as np
+
+from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.fit import Fit
+from acf_jax.diagnosis.score import UNKNOWN
+from acf_jax.diagnosis.space import Explanation, parameters
+from acf_jax.diagnosis.validate import Shrinkage
+
+SCHEMA = "acf-gap-diagnosis/1"
+LISTED = 1e-4  # explanations below this probability are not listed one by one
+
+
+def document(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The content of `diagnosis.json`."""
+    d = diagnosis
+    return {
+        "schema": SCHEMA,
+        "verdict": d.verdict,
+        "explanations": _explanations(d),
+        "credible_set": [list(e) for e in d.credible],
+        "indistinguishable": [
+            {"effects": _union(p.effects), "bayes_error": _round(p.bayes_error)} for p in d.indistinguishable
+        ],
+        "where": {
+            "component": {name: _round(p) for name, p in d.component.items()},
+            "phase": {name: _round(share) for name, share in d.gap_map.phase.items()},
+            "conditions": [
+                {
+                    "contact_velocity_m_per_s": c.v_e,
+                    "pretension_n": c.f_p,
+                    "excess_rms_n": _round(c.excess_rms_n),
+                    "share": _round(c.share),
+                }
+                for c in d.gap_map.conditions
+            ],
+        },
+        "gap": {
+            **{
+                name: {
+                    "force_rms_n": _round(g.force_rms_n),
+                    "peak_rms_percent": _round(g.peak_rms_percent),
+                    "peak_max_percent": _round(g.peak_max_percent),
+                }
+                for name, g in d.gap.items()
+            },
+            "noise_floor_rms_n": _round(d.noise_floor_rms_n),
+        },
+        "shrinkage": {"force": _shrinkage(d.shrinkage_force), "peak": _shrinkage(d.shrinkage_peak)},
+        "parameters": fitted_parameters(d.corrected),
+        "absorbed": {name: _round(share) for name, share in d.absorbed.items()},
+        "next_experiment": _experiment(d),
+        "excluded_trials": [{"trial": name, "reason": reason} for name, reason in d.excluded.items()],
+        "warnings": list(d.warnings),
+    }
+
+
+def fitted_parameters(fitted: Fit) -> dict[str, Any]:
+    """Value, standard deviation and unit of each physical parameter."""
+    slope = fitted.coordinates.slope(fitted.u)
+    std = np.abs(slope) * np.sqrt(np.diag(np.linalg.inv(fitted.hessian)))
+    return {
+        name: {
+            "value": _round(value, 8),
+            "std": _round(s, 6),
+            "unit": p.unit,
+            "at_bound": bool(bound),
+            "meaning": p.meaning,
+        }
+        for (name, p), value, s, bound in zip(
+            parameters(fitted.explanation), fitted.theta, std, fitted.at_bound, strict=False
+        )
+    }
+
+
+def _explanations(d: Diagnosis) -> list[dict[str, Any]]:
+    always = [(), UNKNOWN]
+    listed = [s for s in d.scored if s.probability >= LISTED or s.explanation in always]
+    total = sum(s.probability for s in listed)
+    return [{"effects": list(s.explanation), "probability": s.probability / total} for s in listed]
+
+
+def _union(effects: tuple[Explanation, Explanation]) -> list[str]:
+    return sorted(set(effects[0]) | set(effects[1]))
+
+
+def _shrinkage(s: Shrinkage | None) -> dict[str, Any] | None:
+    return None if s is None else {"value": _round(s.value), "ci95": [_round(s.ci95[0]), _round(s.ci95[1])]}
+
+
+def _experiment(d: Diagnosis) -> dict[str, Any] | None:
+    e = d.next_experiment
+    if e is None:
+        return None
+    return {
+        "contact_velocity_m_per_s": _round(e.v_e),
+        "pretension_n": _round(e.f_p),
+        "repeats": e.repeats,
+        "separates": [list(effects) for effects in e.separates],
+        "probability_of_error_before": _round(e.error_before),
+        "probability_of_error_after": _round(e.error_after),
+    }
+
+
+def _round(value: float | None, digits: int = 5) -> float | None:
+    """`digits` significant figures; None for what does not exist or is not finite."""
+    if value is None or not np.isfinite(value):
+        return None
+    return float(f"{float(value):.{digits}g}")

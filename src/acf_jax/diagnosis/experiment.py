@@ -1,0 +1,76 @@
+"""The next trial: where two explanations that still stand predict the most different forces."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from acf_jax.diagnosis.fit import N_OWN, Fit, linearise
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.space import Explanation
+
+REPEATS = 3
+STRETCH = 1.25  # how far beyond the tried range a trial may be proposed
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A proposed trial and what it would bring."""
+
+    v_e: float  # m/s
+    f_p: float  # N
+    repeats: int
+    separates: tuple[Explanation, Explanation]
+    error_before: float
+    error_after: float
+
+
+def error_probability(p: float, q: float, distance: float) -> float:
+    """Probability that the more probable of two explanations is wrong after a signal at the whitened distance d.
+
+    For Gaussian signals with prior probabilities p and q: p Q(d/2 + ln(p/q)/d) + q Q(d/2 - ln(p/q)/d), over p + q.
+    """
+    p, q = p / (p + q), q / (p + q)
+    if distance < 1e-9:
+        return min(p, q)
+    shift = np.log(p / q) / distance
+    return float(p * norm.sf(distance / 2 + shift) + q * norm.sf(distance / 2 - shift))
+
+
+def propose(
+    observations: Observations, first: tuple[Fit, float], second: tuple[Fit, float]
+) -> Experiment | None:
+    """The condition on a grid about the tried ones at which the two fits differ most, parameters allowed to adapt.
+
+    The distance counts only what noise, trial-to-trial spread and the remaining uncertainty of both fits' parameters
+    do not hide.
+    """
+    o = observations
+    if o.peak_only.all():
+        return None
+    low, high = o.v_e.min() / STRETCH, o.v_e.max() * STRETCH
+    pretensions = np.unique(np.concatenate([o.f_p, [o.f_p.min() / STRETCH, o.f_p.max() * STRETCH]]))
+    conditions = [(v, f) for v in np.linspace(low, high, 7) for f in pretensions]
+    longest = int(np.argmax(o.used.sum(1)))
+    planned = o.subset(np.arange(len(o.names)) == longest)
+    distances = [_distance(planned, v, f, first[0], second[0]) for v, f in conditions]
+    pick = int(np.argmax(distances))
+    after = error_probability(first[1], second[1], np.sqrt(REPEATS) * distances[pick])
+    before = min(first[1], second[1]) / (first[1] + second[1])
+    v, f = conditions[pick]
+    names = (first[0].explanation, second[0].explanation)
+    return Experiment(float(v), float(f), REPEATS, names, float(before), float(min(after, before)))
+
+
+def _distance(planned: Observations, v: float, f: float, a: Fit, b: Fit) -> float:
+    """Whitened distance of two fits' predictions of one trial."""
+    trial = replace(planned, v_e=np.array([v]), f_p=np.array([f]))
+    quiet = np.zeros((1, N_OWN))
+    lines = [linearise(trial, x.explanation, x.coordinates, x.u, quiet, x.grid) for x in (a, b)]
+    difference = (lines[0].residual - lines[1].residual)[0]
+    columns = [lines[0].by_own[0].T]
+    for x, line in zip((a, b), lines, strict=True):
+        columns.append(line.by_parameter[0].T @ np.linalg.cholesky(np.linalg.inv(x.hessian)))
+    spread = np.concatenate(columns, axis=1)
+    inner = np.linalg.solve(spread.T @ spread + np.eye(spread.shape[1]), spread.T @ difference)
+    return float(np.sqrt(max(0.0, difference @ difference - (spread.T @ difference) @ inner)))

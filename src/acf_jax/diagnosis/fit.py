@@ -1,0 +1,270 @@
+"""Fitting one explanation to all trials at once: Levenberg-Marquardt within bounds, under the rig's priors.
+
+Each trial has three nuisances of its own with normal priors: the true contact velocity and pretension about the
+commanded ones, and the trigger time. They are eliminated by their Schur complement, so the cost is linear in trials.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
+from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations, whiten
+from acf_jax.diagnosis.space import Coordinates, Explanation, coordinates
+
+N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
+STEP_PER_RADIAN = 0.1  # omega h of the grid
+PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
+FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The most probable parameters of one explanation, and the curvature there."""
+
+    explanation: Explanation
+    coordinates: Coordinates
+    u: np.ndarray  # (p,) in prior standard deviations
+    own: np.ndarray  # (trials, 3) nuisances in prior standard deviations
+    objective: float  # half chi-square of data and priors
+    chi2: np.ndarray  # (trials,) chi-square of each trial's samples and nuisances
+    hessian: np.ndarray  # (p, p) of the objective in u, nuisances eliminated, prior included
+    residual: np.ndarray  # (trials, n) N, measured minus fitted
+    linear: "Linearisation"
+    grid: Grid
+
+    @property
+    def theta(self) -> np.ndarray:
+        """The parameters in SI units."""
+        return self.coordinates.value(self.u)
+
+    @property
+    def at_bound(self) -> np.ndarray:
+        """(p,) whether a parameter ended at its bound."""
+        return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
+
+
+def grid_for(observations: Observations) -> Grid:
+    """A grid fine enough for the rig and long enough for every trial."""
+    m, _, k_f, k_c = observations.prior.values
+    omega = np.sqrt((k_f + k_c) / m)
+    end = float((observations.time + 3 * TRIGGER * observations.interval[:, None])[observations.used].max())
+    interval = observations.interval[observations.interval > 0].min(initial=np.inf)
+    if observations.peak_only.any():
+        end = max(end, PEAK_WITHIN / omega)
+    h = max(min(STEP_PER_RADIAN / omega, interval), end / (SAMPLES - 4))
+    return Grid(h, int(np.ceil(end / h)) + 2)
+
+
+def at_times(values: np.ndarray, times: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+    """Values (..., steps + 1) on the grid, and their time derivative, at `times` (n,), by cubic interpolation."""
+    k = np.clip((times / h).astype(int), 1, values.shape[-1] - 3)
+    a = times / h - k
+    nodes = np.stack([values[..., k + j] for j in (-1, 0, 1, 2)])
+    weights = np.stack(
+        [
+            -a * (a - 1) * (a - 2) / 6,
+            (a + 1) * (a - 1) * (a - 2) / 2,
+            -(a + 1) * a * (a - 2) / 2,
+            (a + 1) * a * (a - 1) / 6,
+        ]
+    )
+    slopes = np.stack(
+        [
+            -(3 * a**2 - 6 * a + 2) / 6,
+            (3 * a**2 - 4 * a - 1) / 2,
+            -(3 * a**2 - 2 * a - 2) / 2,
+            (3 * a**2 - 1) / 6,
+        ]
+    )
+    axes = (slice(None), *(None,) * (values.ndim - 1), slice(None))
+    return (nodes * weights[axes]).sum(0), (nodes * slopes[axes]).sum(0) / h
+
+
+def peak_of(sensed: np.ndarray, h: float, contact: np.ndarray) -> tuple[float, float]:
+    """Largest sensed force within the impact phase, refined by a parabola: force in N, time in s."""
+    lost = np.flatnonzero(contact[1:] <= 0)
+    end = int(lost[0]) + 2 if lost.size else len(sensed)
+    k = int(np.argmax(sensed[:end]))
+    if 0 < k < end - 1:
+        left, mid, right = sensed[k - 1 : k + 2]
+        curvature = left - 2 * mid + right
+        if curvature < 0:
+            shift = 0.5 * (left - right) / curvature
+            return float(mid - 0.25 * (left - right) * shift), (k + shift) * h
+    return float(sensed[k]), k * h
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """Whitened residuals and derivatives of every trial at one point."""
+
+    residual: np.ndarray  # (trials, n) whitened measured minus predicted
+    by_parameter: np.ndarray  # (trials, p, n) whitened derivative of the prediction in u
+    by_own: np.ndarray  # (trials, 3, n) in the trial's nuisances
+    predicted: np.ndarray  # (trials, n) N
+    spread: np.ndarray  # (trials, 3, n) N, change of the force by one standard deviation of each nuisance
+
+
+def linearise(
+    observations: Observations,
+    explanation: Explanation,
+    at: Coordinates,
+    u: np.ndarray,
+    own: np.ndarray,
+    grid: Grid,
+) -> Linearisation:
+    """Run the simulator and compare it with the measured samples."""
+    o = observations
+    spread = np.column_stack([o.rel_std[0] * o.v_e, o.rel_std[1] * o.f_p, TRIGGER * o.interval])
+    shift = own * spread
+    theta = at.value(u)
+    forces = forward(explanation, theta[:-1], o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid)
+    return compare(o, forces, at.slope(u), shift[:, 2] + theta[-1], spread, grid.h)
+
+
+def compare(
+    o: Observations, forces: Forces, slope: np.ndarray, delay: np.ndarray, spread: np.ndarray, h: float
+) -> Linearisation:
+    """The simulated forces at the measured times, with derivatives, whitened."""
+    p, n = len(slope) - 1, o.force.shape[1]  # the last parameter is the common delay
+    rows = np.zeros((len(o.names), p + 2 + N_OWN, n))
+    predicted, scatter = np.zeros_like(o.force), np.zeros((len(o.names), N_OWN, n))
+    for i in range(len(o.names)):
+        if o.peak_only[i]:
+            times = np.full(n, peak_of(forces.sensed[i], h, forces.contact[i])[1])
+        else:
+            times = np.where(o.used[i], o.time[i] - delay[i], 0.0)
+        predicted[i], rate = at_times(forces.sensed[i], times, h)
+        tangents, _ = at_times(forces.tangents[i], times, h)
+        timing = np.zeros_like(rate) if o.peak_only[i] else -rate
+        rows[i, 0] = o.force[i] - predicted[i]
+        rows[i, 1 : p + 1] = tangents[:p] * slope[:p, None]
+        rows[i, p + 1] = timing * slope[p]
+        rows[i, p + 2 : p + 4] = tangents[p:] * spread[i, :2, None]
+        rows[i, p + 4] = timing * spread[i, 2]
+        scatter[i] = rows[i, p + 2 :]
+        rows[i] = whiten(rows[i], o.time[i], o.used[i], o.noise)
+    return Linearisation(rows[:, 0], rows[:, 1 : p + 2], rows[:, p + 2 :], predicted, scatter)
+
+
+@dataclass(frozen=True)
+class _Normal:
+    """Normal equations with the nuisances eliminated."""
+
+    hessian: np.ndarray
+    gradient: np.ndarray
+    own_inverse: np.ndarray
+    own_gradient: np.ndarray
+    cross: np.ndarray
+
+
+def _normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float) -> _Normal:
+    """With the noise variance multiplied by `inflation`."""
+    r, j, l = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_own))
+    own_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", l, l) + np.eye(N_OWN))
+    own_gradient = own - np.einsum("ian,in->ia", l, r)
+    cross = np.einsum("ipn,ian->ipa", j, l)
+    reduced = np.einsum("ipa,iab->ipb", cross, own_inverse)
+    hessian = (
+        np.einsum("ipn,iqn->pq", j, j, optimize=True)
+        - np.einsum("ipb,iqb->pq", reduced, cross)
+        + np.eye(len(u))
+    )
+    gradient = u - np.einsum("ipn,in->p", j, r) - np.einsum("ipb,ib->p", reduced, own_gradient)
+    return _Normal(hessian, gradient, own_inverse, own_gradient, cross)
+
+
+def _objective(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> float:
+    """Half chi-square of data, nuisances and priors; infinite where the simulation is not finite."""
+    value = 0.5 * float((linear.residual**2).sum() / inflation + (own**2).sum() + (u**2).sum())
+    return value if np.isfinite(value) and np.isfinite(linear.by_parameter).all() else np.inf
+
+
+def _bounded_step(
+    hessian: np.ndarray, gradient: np.ndarray, u: np.ndarray, at: Coordinates, damping: float
+) -> np.ndarray:
+    """The damped Gauss-Newton step with parameters held at bounds that they press against."""
+    free = np.ones(len(u), bool)
+    step = np.zeros_like(u)
+    for _ in range(len(u) + 1):
+        step[:] = 0.0
+        index = np.flatnonzero(free)
+        if not index.size:
+            break
+        block = hessian[np.ix_(index, index)]
+        step[index] = -np.linalg.solve(block + damping * np.diag(np.diag(block)), gradient[index])
+        target = u + step
+        pressing = free & (((u <= at.low) & (step < 0)) | ((u >= at.high) & (step > 0)))
+        if not pressing.any():
+            return np.clip(target, at.low, at.high) - u
+        free &= ~pressing
+    return step
+
+
+def fit(
+    observations: Observations,
+    explanation: Explanation,
+    start: np.ndarray,
+    own: np.ndarray | None = None,
+    warm: bool = False,
+    iterations: int = 40,
+    tolerance: float = 1e-5,
+) -> Fit:
+    """The most probable parameters from one start.
+
+    **Arguments:** `start`: (p,) values in SI units, the common delay of the triggers last. `own`: (trials, 3) first guess of the nuisances.
+    `warm`: the start is near the optimum already.
+
+    While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
+    is known to be, and the effect has to explain the data rather than the rig.
+
+    **Returns:** a `Fit`; stops after two iterations that gain less than the share `tolerance` of the objective.
+    """
+    at = coordinates(
+        observations.prior, explanation, COMMON_TRIGGER * max(float(np.median(observations.interval)), 1e-6)
+    )
+    u = np.clip(at.coordinate(start), at.low, at.high)
+    own = np.zeros((len(observations.names), N_OWN)) if own is None else own
+    grid = grid_for(observations)._replace(pull=0.0 if warm else 1.0)
+    linear = linearise(observations, explanation, at, u, own, grid)
+    inflation = 1.0 if warm else _inflation(linear, observations.n_used)
+    damping, small = 1e-3, 0
+    for _ in range(iterations):
+        value = _objective(linear, u, own, inflation)
+        normal = _normal_equations(linear, u, own, inflation)
+        while damping < 1e8:
+            step = _bounded_step(normal.hessian, normal.gradient, u, at, damping)
+            own_gradient = normal.own_gradient + np.einsum("p,ipa->ia", step, normal.cross)
+            own_new = np.clip(
+                own - np.einsum("iab,ib->ia", normal.own_inverse, own_gradient), -FARTHEST, FARTHEST
+            )
+            linear_new = linearise(observations, explanation, at, u + step, own_new, grid)
+            gain = value - _objective(linear_new, u + step, own_new, inflation)
+            if gain > -1e-9:
+                break
+            damping *= 8
+        else:
+            break
+        u, own, linear, damping = u + step, own_new, linear_new, max(damping / 5, 1e-8)
+        calmer = min(inflation, _inflation(linear, observations.n_used))
+        small = small + 1 if gain * inflation < tolerance * max(1.0, value) else 0
+        if small >= 2:
+            if inflation == 1.0 and grid.pull == 0.0:
+                break
+            # what is left is not noise: end with the data at full weight and a contact that lets go
+            calmer, small, grid = 1.0, 0, grid._replace(pull=0.0)
+            linear = linearise(observations, explanation, at, u, own, grid)
+        inflation = calmer
+    normal = _normal_equations(linear, u, own, 1.0)
+    chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)
+    residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
+    return Fit(
+        explanation, at, u, own, _objective(linear, u, own), chi2, normal.hessian, residual, linear, grid
+    )
+
+
+def _inflation(linear: Linearisation, samples: int) -> float:
+    """Chi-square per sample where it exceeds one: the noise that would explain what the model does not yet."""
+    value = float((linear.residual**2).sum()) / samples
+    return max(1.0, value) if np.isfinite(value) else 1e12

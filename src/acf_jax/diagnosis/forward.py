@@ -1,0 +1,85 @@
+"""One compiled program an explanation: forces of all trials and their derivatives in every free parameter."""
+
+import functools
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from acf_jax.diagnosis.space import RIG, Explanation, classes
+from acf_jax.effects import AbstractEffect
+from acf_jax.model import Impact, Rig
+from acf_jax.simulator import simulate
+
+SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
+BLOCK = 8  # trials are padded to a multiple of it, so that data sets of different size share compiled code
+
+
+class Grid(NamedTuple):
+    """Step and number of steps of the integration, common to all trials."""
+
+    h: float  # s
+    steps: int
+    pull: float = (
+        0.0  # 1 continues the equations beyond the loss of contact, which keeps derivatives alive there
+    )
+
+
+class Forces(NamedTuple):
+    """Forces of every trial on the grid, with derivatives of the sensed one."""
+
+    sensed: np.ndarray  # (trials, steps + 1), N
+    contact: np.ndarray  # (trials, steps + 1), N
+    tangents: np.ndarray  # (trials, p + 2, steps + 1), N per unit of each parameter, of v_E and of F_P
+
+
+def unpack(explanation: Explanation, theta: Float[Array, " p"]) -> tuple[Rig, list[AbstractEffect]]:
+    """Rig and effects from the vector of an explanation's parameters, SI units."""
+    effects, k = [], len(RIG)
+    for cls in classes(explanation):
+        n = len(cls.parameters())
+        effects.append(cls(*theta[k : k + n]))
+        k += n
+    return Rig(*theta[: len(RIG)]), effects
+
+
+@functools.cache
+def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array, Array]]:
+    def forces(
+        z: Float[Array, " p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
+    ) -> tuple[Float[Array, " samples"], Float[Array, " samples"]]:
+        rig, effects = unpack(explanation, z[:-2])
+        response = simulate(rig, Impact(z[-2], z[-1]), effects, h, SAMPLES, steps, pull)
+        return response.sensed, response.contact
+
+    def trial(
+        z: Float[Array, " p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
+    ) -> tuple[Float[Array, " samples"], Float[Array, " samples"], Float[Array, "p+2 samples"]]:
+        def along(direction: Float[Array, " p+2"]) -> tuple:
+            (sensed, contact), (tangent, _) = jax.jvp(lambda z: forces(z, h, steps, pull), (z,), (direction,))
+            return sensed, contact, tangent
+
+        return jax.vmap(along, out_axes=(None, None, 0))(jnp.eye(z.size))
+
+    return jax.jit(jax.vmap(trial, in_axes=(0, None, None, None)))
+
+
+def forward(
+    explanation: Explanation, theta: np.ndarray, v_e: np.ndarray, f_p: np.ndarray, grid: Grid
+) -> Forces:
+    """Forces of all trials and their derivatives.
+
+    **Arguments:** `theta`: (p,) the explanation's parameters, SI units. `v_e`, `f_p`: (trials,), m/s and N.
+
+    **Returns:** `Forces`; not finite where the integration is unstable.
+    """
+    n, used = len(v_e), grid.steps + 1
+    z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
+    padded = z[np.arange(-(-n // BLOCK) * BLOCK) % n]
+    sensed, contact, tangents = _program(explanation)(padded, grid.h, grid.steps, grid.pull)
+    return Forces(
+        np.asarray(sensed)[:n, :used], np.asarray(contact)[:n, :used], np.asarray(tangents)[:n, :, :used]
+    )

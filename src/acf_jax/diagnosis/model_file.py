@@ -1,0 +1,148 @@
+"""`model.json`: the corrected model with its uncertainty, for `predict`, `design`, `check` and training."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.fit import Fit
+from acf_jax.diagnosis.score import UNKNOWN, is_port
+from acf_jax.diagnosis.space import every_effect, parameters
+from acf_jax.errors import InputError
+from acf_jax.files import read_text
+
+SCHEMA = "acf-gap-model/1"
+CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class Variant(BaseModel):
+    """One parameter set: an explanation, its parameters in SI units, and their covariance."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    effects: tuple[str, ...]
+    probability: float = Field(ge=0, le=1)
+    names: tuple[str, ...]
+    theta: tuple[Finite, ...]
+    covariance: tuple[tuple[Finite, ...], ...]
+
+
+class GapModel(BaseModel):
+    """The content of `model.json`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+    schema_: Literal["acf-gap-model/1"] = Field(alias="schema")
+    description: str
+    nominal: Variant
+    recalibrated: Variant
+    corrected: Variant
+    alternatives: tuple[Variant, ...]  # explanations still standing beside the corrected model
+    peak_form_error: float = Field(ge=0)  # relative, of predicted peaks on unseen conditions beyond noise
+    step_s: float = Field(gt=0)  # of the integration
+    sample_rate_hz: float = Field(gt=0)
+    v_range: tuple[float, float]  # m/s, contact velocities of the trials
+    f_p_range: tuple[float, float]  # N, pretensions of the trials
+
+
+def variant(fitted: Fit, probability: float) -> Variant:
+    """A fit as it is written."""
+    count = len(fitted.theta) - 1  # the delay of the triggers belongs to the recording, not to the rig
+    slope = fitted.coordinates.slope(fitted.u)
+    covariance = (slope[:, None] * np.linalg.inv(fitted.hessian) * slope)[:count, :count]
+    return Variant(
+        effects=fitted.explanation,
+        probability=min(max(probability, 0.0), 1.0),
+        names=tuple(name for name, _ in parameters(fitted.explanation)),
+        theta=tuple(fitted.theta[:count].tolist()),
+        covariance=tuple(tuple(row) for row in covariance.tolist()),
+    )
+
+
+def gap_model(diagnosis: Diagnosis) -> GapModel:
+    """The model that a diagnosis leaves."""
+    d = diagnosis
+    of = {f.explanation: p for f, p in zip(d.fits, d.probability, strict=True)}
+    unknown_stands = UNKNOWN in d.credible
+    standing = [
+        f
+        for f in d.fits
+        if f is not d.corrected
+        and of[f.explanation] > CARRIED
+        and (f.explanation in d.credible or (is_port(f.explanation) and unknown_stands))
+    ]
+    o = d.observations
+    held = d.held["corrected"]
+    relative = held.peak / held.measured_peak - 1
+    noise = o.noise.std / held.measured_peak
+    form = float(np.sqrt(max(0.0, np.median(relative**2) / 0.455 - np.median(noise**2))))
+    interval = o.interval[o.interval > 0]
+    return GapModel(
+        schema=SCHEMA,
+        description=d.dataset.description,
+        nominal=variant(d.nominal, 0.0),
+        recalibrated=variant(d.fits[0], of[()]),
+        corrected=variant(d.corrected, of[d.corrected.explanation]),
+        alternatives=tuple(variant(f, of[f.explanation]) for f in standing),
+        peak_form_error=form,
+        step_s=d.corrected.grid.h,
+        sample_rate_hz=float(1 / np.median(interval)) if interval.size else 10e3,
+        v_range=(float(o.v_e.min()), float(o.v_e.max())),
+        f_p_range=(float(o.f_p.min()), float(o.f_p.max())),
+    )
+
+
+def write_model(model: GapModel) -> str:
+    """The text of `model.json`."""
+    return json.dumps(model.model_dump(mode="json", by_alias=True), indent=1) + "\n"
+
+
+def read_model(path: Path) -> GapModel:
+    """The model in a file; `InputError` names what is wrong with it."""
+    try:
+        content: Any = json.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not JSON ({error}); use the model.json that `diagnose` wrote") from None
+    try:
+        model = GapModel.model_validate(content)
+    except ValidationError as error:
+        raise InputError(
+            [
+                f"{path}: {'.'.join(map(str, e['loc']))}: {e['msg']}; write it anew with `diagnose`"
+                for e in error.errors()
+            ]
+        ) from None
+    faults = []
+    for name in ("nominal", "recalibrated", "corrected"):
+        faults += _faults(path, name, getattr(model, name))
+    for k, alternative in enumerate(model.alternatives):
+        faults += _faults(path, f"alternatives.{k}", alternative)
+    if faults:
+        raise InputError(faults)
+    return model
+
+
+def _faults(path: Path, where: str, v: Variant) -> list[str]:
+    """What pydantic cannot see: names that this version knows, and shapes that fit."""
+    strange = [e for e in v.effects if e not in every_effect()]
+    if strange:
+        return [
+            f"{path}: {where}.effects: unknown effect '{strange[0]}'; this version knows {', '.join(every_effect())}"
+        ]
+    names = tuple(name for name, _ in parameters(v.effects))
+    if v.names != names:
+        return [f"{path}: {where}.names: must be {list(names)}; write it anew with `diagnose`"]
+    if (
+        len(v.theta) != len(names)
+        or any(len(row) != len(names) for row in v.covariance)
+        or len(v.covariance) != len(names)
+    ):
+        return [
+            f"{path}: {where}: needs {len(names)} values and a square covariance; write it anew with `diagnose`"
+        ]
+    return []

@@ -1,0 +1,31 @@
+import jax.numpy as jnp
+
+from acf_jax.effects import AbstractEffect, strength
+from acf_jax.effects._interface import Scalar
+
+F_0 = 100.0  # N, an impact's typical force
+LAG = 5e-4  # s
+
+
+class UnknownSensor(AbstractEffect):
+    """A reading as a free function of the force, its short past and its rate of change."""
+
+    component = "sensor"
+    title = "Unknown cause at the sensor"
+
+    gain: Scalar = strength("1", -0.8, 3.0, (0.02,), 0.1, "in proportion to the force")
+    square_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "at 100 N, with the square of the force")
+    cube_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 3.0, "at 100 N, with the cube of the force")
+    lagging: Scalar = strength("1", -2.0, 2.0, (0.02,), 0.2, "share that lags by 0.5 ms")
+    rate_s: Scalar = strength("s", -5e-3, 5e-3, (0.0,), 1e-4, "with the rate of change of the lagging force")
+    drift_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "with the integral of the force, per 1 N s")
+    offset_n: Scalar = strength("N", -200.0, 200.0, (0.0,), 2.0, "constant while in contact")
+
+    def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:
+        decay = jnp.exp(-h / LAG)
+        lagged = decay * memory[0] + (1 - decay) * (f[0] + f[1]) / 2
+        impulse = memory[1] + h * (f[0] + f[1]) / 2
+        u = f[1] / F_0
+        static = self.gain * f[1] + self.square_n * u * jnp.abs(u) + self.cube_n * u**3 + self.offset_n
+        past = (self.lagging + self.rate_s / LAG) * (lagged - f[1]) + self.drift_n * impulse
+        return jnp.stack([lagged, impulse]), f[1] + static + past

@@ -1,0 +1,101 @@
+"""What a gap model predicts at conditions that were not tried: traces, peaks and their uncertainty."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from acf_jax.diagnosis.fit import STEP_PER_RADIAN, at_times, peak_of
+from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
+from acf_jax.diagnosis.model_file import GapModel, Variant
+
+LONGEST = 0.060  # s, of a predicted trace whose contact is not lost
+Which = Literal["nominal", "recalibrated", "corrected"]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """One impact. Traces run from time 0 until contact is lost, or for 60 ms."""
+
+    time: np.ndarray  # (n,) s
+    force: np.ndarray  # (n,) N, what the sensor reads
+    contact_force: np.ndarray  # (n,) N, what acts at the contact
+    peak_force: float  # N, largest sample of `force`
+    peak_force_std: float
+    peak_time: float  # s
+    contact_peak_force: float
+    contact_peak_force_std: float
+
+
+def predict(
+    model: GapModel,
+    v_e: np.ndarray,
+    f_p: np.ndarray,
+    which: Which = "corrected",
+    sample_rate: float | None = None,
+) -> list[Prediction]:
+    """Forces of impacts at the given conditions.
+
+    **Arguments:** `v_e`, `f_p`: (trials,), m/s and N. `which`: the paper's model at the rig's prior values, refitted, or
+    with the effects found. `sample_rate`: Hz, the data set's by default.
+
+    The standard deviation of a peak holds the uncertainty of the parameters, the spread between the explanations that
+    still stand, and what the model missed on conditions that its fit did not see.
+
+    **Returns:** one `Prediction` a trial.
+    """
+    main: Variant = getattr(model, which)
+    rate = sample_rate or model.sample_rate_hz
+    others = model.alternatives if which == "corrected" else ()
+    runs = [_run(model, v, v_e, f_p) for v in (main, *others)]
+    weights = np.array([max(v.probability, 1e-9) for v in (main, *others)])
+    weights /= weights.sum()
+    return [_one(model, which, runs, weights, i, rate) for i in range(len(v_e))]
+
+
+def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> tuple[Forces, Grid, np.ndarray]:
+    theta = np.array(v.theta)
+    omega = np.sqrt((theta[2] + theta[3]) / theta[0])
+    h = max(min(model.step_s, STEP_PER_RADIAN / omega), LONGEST / (SAMPLES - 4))
+    grid = Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1))
+    return forward(v.effects, theta, v_e, f_p, grid), grid, np.array(v.covariance)
+
+
+def _one(
+    model: GapModel,
+    which: Which,
+    runs: list[tuple[Forces, Grid, np.ndarray]],
+    weights: np.ndarray,
+    i: int,
+    rate: float,
+) -> Prediction:
+    forces, grid, covariance = runs[0]
+    lost = np.flatnonzero(forces.contact[i, 1:] <= 0)
+    end = min(LONGEST, (lost[0] + 1) * grid.h) if lost.size else LONGEST
+    time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
+    force = np.maximum(at_times(forces.sensed[i], time, grid.h)[0], 0.0)
+    contact = np.maximum(at_times(forces.contact[i], time, grid.h)[0], 0.0)
+    force[0], contact[0] = forces.sensed[i, 0], forces.contact[i, 0]
+    top = int(np.argmax(force))
+    peaks = [
+        (peak_of(f.sensed[i], g.h, f.contact[i])[0], peak_of(f.contact[i], g.h, f.contact[i])[0])
+        for f, g, _ in runs
+    ]
+    means = weights @ np.array(peaks)
+    between = weights @ (np.array(peaks) - means) ** 2
+    at_peak, _ = at_times(forces.tangents[i], np.array([time[top]]), grid.h)
+    slope = at_peak[: len(covariance), 0]
+    form = model.peak_form_error if which == "corrected" else 0.0
+    own = float(slope @ covariance @ slope)
+    sensed_peak, contact_peak = float(force[top]), peaks[0][1]
+    ratio = contact_peak / max(sensed_peak, 1e-9)
+    return Prediction(
+        time=time,
+        force=force,
+        contact_force=contact,
+        peak_force=sensed_peak,
+        peak_force_std=float(np.sqrt(own + between[0] + (form * sensed_peak) ** 2)),
+        peak_time=float(time[top]),
+        contact_peak_force=contact_peak,
+        contact_peak_force_std=float(np.sqrt(own * ratio**2 + between[1] + (form * contact_peak) ** 2)),
+    )

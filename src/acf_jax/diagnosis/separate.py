@@ -1,0 +1,117 @@
+"""Which explanations these trials can tell apart, whatever the data say: computed on predictions, not on measurements."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from scipy.stats import norm
+
+from acf_jax.diagnosis.candidates import best, in_parallel, rig_of, signatures
+from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.project import Projector
+from acf_jax.diagnosis.score import is_port
+from acf_jax.diagnosis.space import Explanation, starts
+from acf_jax.effects import library
+
+BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two explanations and the error of the best possible decision between them, both equally probable."""
+
+    effects: tuple[Explanation, Explanation]
+    bayes_error: float
+
+
+def bayes_error(distance: float) -> float:
+    """Q(d/2): how often the best rule confuses two signals at the whitened distance d."""
+    return float(norm.sf(distance / 2))
+
+
+def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> list[Pair]:
+    """The explanations that would have been confused with `truth`, had it been exactly true at its fitted size.
+
+    Each other explanation is fitted to the noise-free predictions of `truth`; what it cannot imitate is the distance.
+    """
+    quiet = np.zeros((len(observations.names), N_OWN))
+    linear = linearise(observations, truth.explanation, truth.coordinates, truth.u, quiet, truth.grid)
+    ideal = replace(observations, force=np.where(observations.used, linear.predicted, 0.0))
+    own = float((truth.u[:4] ** 2).sum() + truth.u[-1] ** 2)
+
+    def imitate(other: Fit) -> Fit:
+        guesses = [other.theta]
+        if len(other.explanation) == 1:
+            guesses += [
+                np.concatenate([rig_of(truth)[:4], s, truth.theta[-1:]])
+                for s in starts(other.explanation[0])[:1]
+            ]
+        return best(fit(ideal, other.explanation, guess, warm=guess is other.theta) for guess in guesses)
+
+    others = [f for f in fits if f.explanation != truth.explanation and not is_port(f.explanation)]
+    imitations = in_parallel([partial(imitate, f) for f in others])
+    pairs = []
+    for other in imitations:
+        # the prior's cost of the true rig is paid by both
+        distance = np.sqrt(max(0.0, 2 * other.objective - own))
+        error = bayes_error(float(distance))
+        if error > BAYES_ERROR:
+            pairs.append(Pair((truth.explanation, other.explanation), error))
+    return sorted(pairs, key=lambda p: -p.bayes_error)
+
+
+def absorbed(observations: Observations, nominal: Fit) -> dict[str, float]:
+    """Share of each effect's signature that the nominal parameters could imitate, 0 to 1."""
+    projector = Projector.at(nominal.linear)
+    shares = {}
+    for name in library():
+        signals = [signal for signal, _ in signatures(observations, nominal, name)]
+        if not signals:
+            continue
+        left = [
+            projector.gram(s[None])[0, 0] / max(projector.gram_of_nuisances(s[None])[0, 0], 1e-12)
+            for s in signals
+        ]
+        shares[name] = float(np.clip(1 - min(left), 0.0, 1.0))
+    return shares
+
+
+@dataclass(frozen=True)
+class Detectability:
+    """What a design of trials could say of one effect."""
+
+    effect: str
+    smallest: float | None  # in the effect's own unit: detected with three standard deviations
+    unit: str
+    distance_at_typical: float  # whitened distance of the typical size from all that the rig could imitate
+    confused_with: tuple[str, ...]  # effects that these trials could not tell apart at the typical size
+
+
+def detectability(observations: Observations, nominal: Fit) -> list[Detectability]:
+    """For each effect, whether these trials could detect it and which effects they could not tell apart from it."""
+    projector = Projector.at(nominal.linear)
+    names, units, signals, sizes = [], [], [], []
+    for name, cls in library().items():
+        first = cls.parameters()[0]
+        found = [signal for signal, _ in signatures(observations, nominal, name)]
+        if not found:
+            continue
+        strongest = int(np.argmax([projector.gram(s[None])[0, 0] for s in found]))
+        size = starts(name)[strongest][0]
+        names.append(name)
+        units.append(first.unit)
+        sizes.append(abs(size) or 1.0)
+        signals.append(found[strongest] * (first.scale / (abs(size) or 1.0)))
+    gram = projector.gram(np.stack(signals))
+    distance = np.sqrt(np.maximum(np.diag(gram), 0.0))
+    cosine = gram / np.maximum(np.outer(distance, distance), 1e-12)
+    apart = np.minimum.outer(distance, distance) * np.sqrt(np.maximum(1 - cosine**2, 0.0))
+    result = []
+    for i, name in enumerate(names):
+        confused = [names[j] for j in range(len(names)) if j != i and bayes_error(apart[i, j]) > BAYES_ERROR]
+        scale = library()[name].parameters()[0].scale
+        smallest = float(3 * scale / distance[i]) if distance[i] > 0 else None
+        result.append(Detectability(name, smallest, units[i], float(distance[i]), tuple(confused)))
+    return result

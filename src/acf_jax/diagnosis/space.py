@@ -1,0 +1,105 @@
+"""What a diagnosis may fit: the rig's four parameters, then those of an explanation's effects."""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from acf_jax.dataset import RigPrior
+from acf_jax.diagnosis.ports import ports
+from acf_jax.effects import AbstractEffect, Parameter, library
+
+RIG = (
+    Parameter("moving_mass_kg", "kg", 0.0, np.inf, (), 1.0, False, "moving mass m"),
+    Parameter("damping_n_s_per_m", "N s/m", 0.0, np.inf, (), 1.0, False, "damping d"),
+    Parameter("actuator_stiffness_n_per_m", "N/m", 0.0, np.inf, (), 1.0, False, "actuator stiffness k_F"),
+    Parameter("contact_stiffness_n_per_m", "N/m", 0.0, np.inf, (), 1.0, False, "contact stiffness k_C"),
+)
+LEAST_SHARE = np.array(
+    [0.05, 0.0, 0.0, 0.02]
+)  # of a rig parameter's prior value: mass and contact never vanish
+PRIOR_WIDTH = 3.0  # width of the prior of a strength, in its typical values
+
+Explanation = tuple[str, ...]  # ids of effects in alphabetical order, or of one port; () is the paper's model
+
+
+@functools.cache
+def every_effect() -> dict[str, type[AbstractEffect]]:
+    """The library and the four ports by id."""
+    return {**library(), **ports()}
+
+
+def classes(explanation: Explanation) -> list[type[AbstractEffect]]:
+    """The effects of an explanation."""
+    return [every_effect()[name] for name in explanation]
+
+
+def parameters(explanation: Explanation) -> list[tuple[str, Parameter]]:
+    """Every physical parameter with its full name, `effect.parameter` behind the rig's."""
+    own = [(f"{name}.{p.name}", p) for name in explanation for p in every_effect()[name].parameters()]
+    return [(p.name, p) for p in RIG] + own
+
+
+class Coordinates(NamedTuple):
+    """Free parameters in units of their priors: u has a standard normal prior within its bounds.
+
+    A strength is linear in u, a shape parameter exponential.
+    """
+
+    centre: np.ndarray  # (p,) value at u = 0
+    width: np.ndarray  # (p,) prior standard deviation, of the logarithm for a shape
+    logarithmic: np.ndarray  # (p,) bool
+    low: np.ndarray  # (p,) bounds in u
+    high: np.ndarray
+
+    def value(self, u: np.ndarray) -> np.ndarray:
+        """The parameters in SI units."""
+        z = self.width * u
+        return np.where(
+            self.logarithmic, self.centre * np.exp(np.where(self.logarithmic, z, 0.0)), self.centre + z
+        )
+
+    def slope(self, u: np.ndarray) -> np.ndarray:
+        """d value / d u."""
+        return np.where(self.logarithmic, self.value(u) * self.width, self.width)
+
+    def coordinate(self, value: np.ndarray) -> np.ndarray:
+        """The inverse of `value`."""
+        ratio = np.where(self.logarithmic, value, 1.0) / np.where(self.logarithmic, self.centre, 1.0)
+        return np.where(self.logarithmic, np.log(ratio), value - self.centre) / self.width
+
+
+def coordinates(prior: RigPrior, explanation: Explanation, trigger_std: float) -> Coordinates:
+    """Priors and bounds of the rig's parameters, of those of an explanation, and of the delay common to all triggers."""
+    value, std = prior.values, prior.stds
+    rows = [
+        (value[i], std[i], False, (LEAST_SHARE[i] - 1) * value[i] / std[i], np.inf) for i in range(len(RIG))
+    ]
+    for _, p in parameters(explanation)[len(RIG) :]:
+        if p.shape:
+            width = np.log(p.high / p.low) / 4
+            rows.append(
+                (p.scale, width, True, np.log(p.low / p.scale) / width, np.log(p.high / p.scale) / width)
+            )
+        else:
+            width = PRIOR_WIDTH * p.scale
+            rows.append((0.0, width, False, p.low / width, p.high / width))
+    rows.append((0.0, trigger_std, False, -6.0, 6.0))
+    return Coordinates(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def starts(name: str) -> list[list[float]]:
+    """Values of an effect's parameters from which fits begin: weak and strong, each shape at its own starts."""
+    own = every_effect()[name].parameters()
+    n = max(len(p.starts) for p in own)
+    return [[p.starts[min(k * len(p.starts) // n, len(p.starts) - 1)] for p in own] for k in range(n)]
+
+
+def component_of(name: str) -> str:
+    """The component at which an effect or port acts."""
+    return every_effect()[name].component
+
+
+def label(explanation: Explanation) -> str:
+    """An explanation in words."""
+    return " and ".join(cls.title for cls in classes(explanation)) or "nothing unmodelled"
