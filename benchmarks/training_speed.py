@@ -36,6 +36,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--steps", type=int, default=1000, help="training steps of one timing")
     parser.add_argument("--repeats", type=int, default=7)
     arguments = parser.parse_args(argv)
+    jax.config.update("jax_enable_x64", True)  # as train.fit does
     config = read_config(arguments.config)
     random = np.random.default_rng(0)
     inputs = len(FEATURES[config.features].inputs)

@@ -108,7 +108,7 @@ class TableRig(_Part):
 
 
 class Table1(_Part):
-    """The rig that stands for the paper's in Table 1; F_P and the velocities are the table's own."""
+    """The rig that stands for the paper's in Table 1; F_P and the velocities are configs/table1.csv's."""
 
     rig: TableRig
 

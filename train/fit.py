@@ -71,8 +71,8 @@ def run(config: Config, resume: bool = False) -> dict[str, Any]:
     data = {purpose: make_data(config, purpose) for purpose in ("train", "held_out", "held_out_edges")}
     timings["data_s"] = clock() - start
     train = data["train"]
-    counts = train.sizes()
-    print(f"{counts['with_peak']:,} samples to train on; {counts['without_peak']:,} without a peak set apart")
+    kept, apart = train.sizes().values()
+    print(f"{kept:,} samples with a peak to train on, {apart:,} without set apart")
 
     surrogates, histories = {}, {}
     for name in config.all_features:

@@ -189,7 +189,7 @@ def _where(config: Config, metrics: dict[str, Any]) -> str:
         "<h2>Where the error is</h2><p>The largest error in each cell of the dimensionless groups; cells "
         "without colour hold no sample with a peak.</p>"
         f"{colour_bar('largest relative error in a cell', span)}"
-        f'<div class="figures">{maps}{steps}</div>'
+        f'<div class="figures wide">{maps}{steps}</div>'
         "<p class=note>The bound is the largest error that held-out samples had at this distance from the "
         "fold or farther: experience, not proof. On the fresh samples (even density, and dense at the edges) "
         f"{above} were above it.</p>"
