@@ -138,6 +138,17 @@ def test_batch_equals_samples_across_blocks():
         np.testing.assert_allclose(x, y, rtol=1e-13)
 
 
+def test_a_sample_that_is_not_a_number_ends_and_spoils_no_other():
+    samples = truth.wide_box(20, seed=9)
+    clean = find_peaks(*batch(samples))
+    spoiled = jax.jit(lambda s: find_peaks(*batch(s)))(
+        samples * np.where(np.arange(20) == 7, np.nan, 1.0)[:, None]
+    )
+    others = np.arange(20) != 7
+    np.testing.assert_allclose(spoiled.f_max[others], clean.f_max[others], rtol=1e-14)
+    assert not spoiled.has_peak[7] and np.isnan(spoiled.f_max[7])
+
+
 def test_the_root_is_the_first_one():
     """On a dense scan the force's rate has one sign up to t_max."""
     rig, impact = batch(truth.wide_box(300, seed=4))

@@ -13,10 +13,13 @@ import numpy as np
 import optimistix as optx
 from jaxtyping import Array, Float, PyTree
 
-from acf_jax.model.halley import Halley, halley_step, will_be_below
+from acf_jax.model.halley import Halley, halley_step, next_step
 from acf_jax.model.stumpff import stumpff_series
 
 Scalar = Float[Array, ""]
+
+# Reached by no sample below zeta = 1e6; a bound all the same.
+_MAX_STEPS = 64
 
 
 class Crossing(NamedTuple):
@@ -80,7 +83,7 @@ def find_crossing(crossing: Crossing) -> Scalar:
         args=crossing,
         options={"lower": jnp.zeros_like(crossing.sigma_m), "upper": crossing.sigma_m},
         has_aux=True,
-        max_steps=64,
+        max_steps=_MAX_STEPS,
         throw=False,
     ).value
 
@@ -92,14 +95,16 @@ def find_crossings(crossing: Crossing) -> Scalar:
     """
     width, tolerance = crossing.sigma_m, _half_the_digits(crossing)
 
-    def step(y: Scalar) -> tuple[Scalar, Scalar]:
+    def step(y: Scalar, steps: int | Array) -> tuple[Scalar, Scalar, Array]:
         new_y = polish(y, residual(y, crossing), crossing)
-        return new_y, jnp.abs(new_y - y)
+        return new_y, jnp.abs(new_y - y), jnp.asarray(steps + 1)
 
-    def is_rough(state: tuple[Scalar, Scalar]) -> Array:
-        return ~will_be_below(tolerance * width, state[1], width)
+    def is_rough(state: tuple[Scalar, Scalar, Array]) -> Array:
+        _, last_step, steps = state
+        # false for NaN, so that a sample that is not a number does not hold up its block
+        return (next_step(last_step, width) > tolerance * width) & (steps < _MAX_STEPS)
 
-    return jax.lax.while_loop(is_rough, lambda state: step(state[0]), step(_guess(crossing)))[0]
+    return jax.lax.while_loop(is_rough, lambda state: step(state[0], state[2]), step(_guess(crossing), 0))[0]
 
 
 def polish(sigma: Scalar, at_sigma: tuple[Scalar, tuple[Scalar, Scalar]], crossing: Crossing) -> Scalar:

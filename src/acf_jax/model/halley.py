@@ -22,9 +22,9 @@ def halley_step(y: Scalar, derivatives: Derivatives, lower: Scalar, upper: Scala
     return jnp.clip(jnp.where(sound, y - step, y), lower, upper)
 
 
-def will_be_below(tolerance: Scalar, step: Scalar, width: Scalar) -> Bool[Array, ""]:
-    """Whether the next step will be below the tolerance, as in units of the bracket it is this one cubed."""
-    return step * (step / width) ** 2 < tolerance
+def next_step(step: Scalar, width: Scalar) -> Scalar:
+    """The size expected of the step after `step`: its cube, in units of the bracket's width."""
+    return step * (step / width) ** 2
 
 
 class _HalleyState(eqx.Module):
@@ -80,7 +80,7 @@ class Halley(optx.AbstractRootFinder[Scalar, Scalar, Any, _HalleyState]):
         tags: frozenset[object],
     ) -> tuple[Bool[Array, ""], optx.RESULTS]:
         width = options["upper"] - options["lower"]
-        stop = will_be_below(self.atol + self.rtol * width, state.step, width)
+        stop = next_step(state.step, width) < self.atol + self.rtol * width
         return stop, cast(optx.RESULTS, optx.RESULTS.successful)
 
     def postprocess(
