@@ -1,7 +1,7 @@
 """What an unmodelled effect is: parameters with ranges, and the ports through which it acts.
 
 The simulator knows only this interface. An effect overrides the ports it needs; every other port keeps the
-paper's model. With its first parameter, the strength, at `neutral`, an effect changes nothing at all.
+paper's model. With its strengths at zero an effect changes nothing at all, whatever its shapes are.
 """
 
 import dataclasses
@@ -54,6 +54,7 @@ class Motion(NamedTuple):
     x_dot: Scalar  # m/s
     s: Scalar  # m, compression of the contact, v t - x in the paper
     s_dot: Scalar  # m/s
+    f_0: Scalar  # N, contact force at first contact without dampers: F_P, less what a stop holds
     f_c: Scalar  # N, contact force (not yet known to `contact_force`, where it is the paper's)
 
 
@@ -113,5 +114,5 @@ class AbstractEffect(eqx.Module):
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
-        """The effect's parameters, strength first."""
+        """The effect's parameters in the order of its fields, strengths first."""
         return tuple(f.metadata["parameter"]._replace(name=f.name) for f in dataclasses.fields(cls))

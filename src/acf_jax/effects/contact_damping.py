@@ -4,7 +4,7 @@ from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, strength
 
 
 class ContactDamping(AbstractEffect):
-    """The pad dissipates: F_C = F_el + (c + chi (F_el - F_P) / k_C) s'.
+    """The pad dissipates: F_C = F_el + (c + chi s) s', F_el = k_C s + F_C(0).
 
     chi = 0 is Kelvin-Voigt, c = 0 Hunt-Crossley with chi in N s/m^2 ('Coefficient of restitution interpreted as
     damping in vibroimpact', J. Appl. Mech. 42, 1975), whose dissipation starts at zero compression.
@@ -19,5 +19,5 @@ class ContactDamping(AbstractEffect):
     )
 
     def contact_force(self, motion: Motion, own: Scalar) -> Scalar:
-        compression = jnp.maximum((motion.f_c - motion.impact.f_p) / motion.rig.k_c, 0.0)
-        return (self.damping_n_s_per_m + self.hunt_crossley_n_s_per_m2 * compression) * motion.s_dot
+        chi_s = self.hunt_crossley_n_s_per_m2 * jnp.maximum(motion.s, 0.0)
+        return (self.damping_n_s_per_m + chi_s) * motion.s_dot

@@ -4,13 +4,15 @@ from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, strength
 
 F_0 = 100.0  # N; at this force the contact has the stiffness k_C of the rig
 S_0 = 1e-3  # m; unit of compression of the pad's own gain
+TINY = 1e-12  # the power law has no slope at zero
 
 
 class ContactHardening(AbstractEffect):
     """The contact spring stiffens: a power law of the whole compression, and a pad that hardens from first contact.
 
-    F_C = F_0 ((F_P/F_0)^(1/n) + k_C s / (n F_0))^n + beta k_C s |s| / s_0, with n = 1 + excess: the tangent stiffness
-    grows as F^(1 - 1/n) and is k_C at F_0 = 100 N. n = 1.5 is Hertz' contact (Johnson, 'Contact Mechanics', ch. 4).
+    F_C = F_0 b^n + beta k_C s |s| / s_0, b = (F_C(0)/F_0)^(1/n) + k_C s / (n F_0), with n = 1 + excess: the tangent
+    stiffness grows as F^(1 - 1/n) and is k_C at F_0 = 100 N. n = 1.5 is Hertz' contact (Johnson, 'Contact Mechanics',
+    Cambridge, 1985, ch. 4).
     """
 
     component = "contact"
@@ -21,8 +23,8 @@ class ContactHardening(AbstractEffect):
 
     def contact_force(self, motion: Motion, own: Scalar) -> Scalar:
         n = 1 + self.exponent_excess
-        k_c, s, f_p = motion.rig.k_c, motion.s, motion.impact.f_p
-        # where contact is lost the base is negative: it is kept positive, and far from there untouched
-        base = (jnp.maximum(f_p, 1e-3) / F_0) ** (1 / n) + k_c * s / (n * F_0)
-        power = F_0 * jnp.maximum(base, 1e-6) ** n
-        return power - f_p - k_c * s + self.gain * k_c * s * jnp.abs(s) / S_0
+        k_c, s, f_0 = motion.rig.k_c, motion.s, motion.f_0
+        base = (jnp.maximum(f_0, TINY) / F_0) ** (1 / n) + k_c * s / (n * F_0)
+        # an odd law: it continues beyond the loss of contact, where n = 1 has to be the paper's two-sided spring
+        power = F_0 * jnp.sign(base) * jnp.maximum(jnp.abs(base), TINY) ** n
+        return power - f_0 - k_c * s + self.gain * k_c * s * jnp.abs(s) / S_0

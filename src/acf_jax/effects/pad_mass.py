@@ -8,8 +8,8 @@ DAMPING_RATIO = 0.03  # of the pad on its stiffness: lightly damped, as bonded p
 class PadMass(AbstractEffect):
     """A second mass (pad, backing plate) between contact and flange: m_p y'' = F_C - F_p, m x'' + ... = F_p.
 
-    y = x + z, F_p = F_P + k_p z + d_p z', omega_p^2 = k_p / m_p. Two-mass collision model, Stronge, 'Impact Mechanics'
-    (Cambridge, 2000), ch. 7.
+    y = x + z, F_p = F_C(0) + k_p z + d_p z', omega_p^2 = k_p / m_p. Two-mass collision model; Stronge, 'Impact
+    Mechanics' (Cambridge, 2000), ch. 7.
     """
 
     component = "contact"
@@ -29,11 +29,11 @@ class PadMass(AbstractEffect):
         return self.mass_kg * (omega_p**2 * own[0] + 2 * DAMPING_RATIO * omega_p * own[1])
 
     def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
-        pad_force = motion.impact.f_p + self._excess(own)
+        pad_force = motion.f_0 + self._excess(own)
         return jnp.where(self.mass_kg > 0, pad_force - motion.f_c, 0.0)
 
     def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
         present = self.mass_kg > 0
         mass = jnp.where(present, self.mass_kg, 1.0)
-        z_ddot = (motion.f_c - motion.impact.f_p - self._excess(own)) / mass - x_ddot
+        z_ddot = (motion.f_c - motion.f_0 - self._excess(own)) / mass - x_ddot
         return jnp.where(present, jnp.stack([own[1], z_ddot]), 0.0)

@@ -7,8 +7,8 @@ from acf_jax.model import Impact, Rig
 class RobotDeceleration(AbstractEffect):
     """The robot brakes during the impact, with the deceleration a + b v after the time t_0, until it stands still.
 
-    A guarded stop: constant deceleration (a), or one that takes every speed to rest in the same time 1/b. The paper
-    assumes an unchanged contact velocity.
+    r'' = -(a + b v_E) for t_0 < t < t_0 + v_E/(a + b v_E). A guarded stop: constant deceleration (a), or one that takes
+    every speed to rest in the same time 1/b (ISO 10218-1:2011, protective stop). The paper assumes r = 0.
     """
 
     component = "robot"

@@ -8,7 +8,7 @@ class SensorLag(AbstractEffect):
     """Finite bandwidth of the force measurement, a well-damped low-pass: tau^2 y'' + 2 zeta_s tau y' + y = F.
 
     zeta_s = 0.7 is a second-order Butterworth filter, 1 two equal lags, 5 nearly a single lag of 2 zeta_s tau; Franklin
-    et al., 'Digital Control of Dynamic Systems', ch. 6.
+    et al., 'Digital Control of Dynamic Systems' (3rd ed. 1998), ch. 6.
     """
 
     component = "sensor"

@@ -8,7 +8,7 @@ class SensorResonance(AbstractEffect):
     """A lightly damped mode of sensor and mounting: y'' + 2 zeta_s omega_s y' + omega_s^2 y = omega_s^2 F.
 
     The reading is (1 - share) F + share y: modes of much higher frequency pass their share of the force at once.
-    Clough and Penzien, 'Dynamics of Structures', ch. 3 and 12.
+    Clough and Penzien, 'Dynamics of Structures' (2nd ed. 1993), ch. 3 and 12.
     """
 
     component = "sensor"

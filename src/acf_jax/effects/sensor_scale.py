@@ -2,7 +2,10 @@ from acf_jax.effects._interface import AbstractEffect, Scalar, strength
 
 
 class SensorScale(AbstractEffect):
-    """A gain error of the force measurement: F_s = (1 + g) F."""
+    """A gain error of the force measurement: F_s = (1 + g) F.
+
+    The sensitivity of the transducer differs from its calibration; ISO 376:2011.
+    """
 
     component = "sensor"
     title = "Sensor gain error"

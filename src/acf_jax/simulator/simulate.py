@@ -1,7 +1,7 @@
 """One impact with effects: the classical Runge-Kutta method on a fixed grid, the sensor behind it."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -45,8 +45,9 @@ class _System(NamedTuple):
         pad = [e.pad_displacement(q) for e, q in own]
         s = impact.v_e * t + sum(r[0] for r in robot) - y.x - sum(p[0] for p in pad)
         s_dot = impact.v_e + sum(r[1] for r in robot) - y.x_dot - sum(p[1] for p in pad)
-        linear = rig.k_c * s + impact.f_p - sum(e.initial_relief(impact) for e in self.effects)
-        motion = Motion(rig, impact, t, y.x, y.x_dot, s, s_dot, linear)
+        f_0 = impact.f_p - sum(e.initial_relief(impact) for e in self.effects)
+        linear = rig.k_c * s + f_0
+        motion = Motion(rig, impact, t, y.x, y.x_dot, s, s_dot, f_0, linear)
         f_c = linear + sum(e.contact_force(motion, q) for e, q in own)
         return motion._replace(f_c=jnp.where(f_c > 0, f_c, self.pull * f_c))
 
@@ -66,16 +67,21 @@ class _System(NamedTuple):
         held = self.rates(t, y, jnp.asarray(0.0))
         now = self.motion(t, y).f_c
         then = self.motion(t + h, _add(y, held, h)).f_c
+        is_held = now < release
+        # where the flange is free `release` is infinite, which reverse mode would turn into NaN
+        beyond = jnp.where(is_held, then - release, 0.0)
         rising = jnp.where(then > now, then - now, 1.0)
-        crossing = jnp.where(then > release, jnp.minimum((then - release) / rising, 1.0), 0.0)
-        return jnp.where(now >= release, 1.0, crossing)
+        crossing = jnp.where(beyond < 0, 0.0, beyond / rising)
+        return jnp.where(is_held, crossing, 1.0)
 
     def step(self, t: Scalar, h: Scalar, y: _State, free: Scalar) -> _State:
-        """The classical Runge-Kutta method of order four."""
+        """The classical Runge-Kutta method of order four; a flange released within the step moves from then on."""
+        span = jnp.where(free > 0, free, 1.0) * h
+        t = t + (h - span)
         k_1 = self.rates(t, y, free)
-        k_2 = self.rates(t + h / 2, _add(y, k_1, h / 2), free)
-        k_3 = self.rates(t + h / 2, _add(y, k_2, h / 2), free)
-        k_4 = self.rates(t + h, _add(y, k_3, h), free)
+        k_2 = self.rates(t + span / 2, _add(y, k_1, h / 2), free)
+        k_3 = self.rates(t + span / 2, _add(y, k_2, h / 2), free)
+        k_4 = self.rates(t + span, _add(y, k_3, h), free)
         return jax.tree.map(lambda y, a, b, c, d: y + h / 6 * (a + 2 * b + 2 * c + d), y, k_1, k_2, k_3, k_4)
 
 
@@ -118,11 +124,12 @@ def simulate(
             kept.append(memory)
         return tuple(after), tuple(kept)
 
-    # before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensor
+    # Before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensors. Not
+    # shorter: the slope of the jump would drown their readings in rounding errors.
     silence = tuple(jnp.zeros(()) for _ in range(len(effects) + 1))
-    signals_0, _ = sense(silence, f_0, h * 1e-9, memory_0)
+    signals_0, _ = sense(silence, f_0, h * 1e-3, memory_0)
 
-    def body(k: Int[Array, ""], carry: tuple) -> tuple:
+    def body(k: Int[Array, ""], carry: tuple[Any, ...]) -> tuple[Any, ...]:
         y, released, signals, memories, out = carry
         t = k * h
         free = jnp.where(released, 1.0, system.free_share(t, h, y))
