@@ -9,8 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from acf_jax.surrogate.saved import read_header
 from tests.needs import need_chromium
-from train import fit
+from train import checkpoint, fit
+from train.checkpoint import State
+from train.config import Config
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -38,7 +41,9 @@ def test_writes_what_it_promises(finished: Path) -> None:
         assert abs(row["surrogate"] - row["model"]) < 1
 
 
-def test_killed_and_resumed_gives_the_same_metrics(small: Path, finished: Path, tmp_path: Path) -> None:
+def test_killed_and_resumed_gives_the_same_metrics(
+    small: Path, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """SIGKILL once a few checkpoints were written, wherever the process then is."""
     process = subprocess.Popen(
         _command(small, tmp_path), cwd=REPOSITORY, stdout=subprocess.DEVNULL, env=_environment()
@@ -54,7 +59,16 @@ def test_killed_and_resumed_gives_the_same_metrics(small: Path, finished: Path, 
     # what a kill in the middle of the next write leaves behind
     path.with_name(".fold.eqx.partial").write_bytes(path.read_bytes()[:-100])
 
+    killed_at, saved_at = read_header(path)[0]["step"], []
+
+    def save_state(path: Path, state: State, config: Config) -> None:
+        saved_at.append(state.step)
+        checkpoint.save_state(path, state, config)
+
+    monkeypatch.setattr(fit, "save_state", save_state)
+
     assert fit.main(["--config", str(small), "--resume", "--set", f"output={tmp_path}"]) == 0
+    assert saved_at[0] == (killed_at + 20 if killed_at < 400 else 20), "must go on where the killed run was"
     assert (tmp_path / "metrics.json").read_bytes() == (finished / "metrics.json").read_bytes()
 
 
