@@ -1,0 +1,165 @@
+"""The simulator against SciPy: each effect's equations written a second time, in plain NumPy, solved by DOP853."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi, tanh
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lsim
+
+from acf_jax.effects import library
+from tests.effects.contract import IMPACT, RIG, SAMPLES, H, run, start
+
+M, D, K_F, K_C = (float(value) for value in (RIG.m, RIG.d, RIG.k_f, RIG.k_c))
+V, F_P = float(IMPACT.v_e), float(IMPACT.f_p)
+TIME = H * np.arange(SAMPLES)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Right-hand sides of m x'' + d x' + k_F x = F_C + force, F_C = contact(s, s') and y' = own(...)."""
+
+    contact: Callable = lambda t, s, s_dot, y: K_C * s + F_P
+    force: Callable = lambda t, x_dot, f_c, y: 0.0
+    robot: Callable = lambda t, y: (0.0, 0.0)  # displacement and velocity besides v t
+    pad: Callable = lambda y: (0.0, 0.0)
+    own: Callable = lambda t, s_dot, x_ddot, f_c, y: ()
+    n_own: int = 0
+    release: float = 0.0  # s, the flange is held until then
+    filter: tuple | None = None  # numerator and denominator in s
+
+    def solve(self) -> tuple[np.ndarray, np.ndarray]:
+        """Sensed and contact force at TIME."""
+
+        def contact(t, z):
+            x, x_dot, *y = z
+            (r, r_dot), (p, p_dot) = self.robot(t, y), self.pad(y)
+            s_dot = V + r_dot - x_dot - p_dot
+            return self.contact(t, V * t + r - x - p, s_dot, y), s_dot
+
+        def rates(t, z):
+            x, x_dot, *y = z
+            f_c, s_dot = contact(t, z)
+            x_ddot = (f_c + self.force(t, x_dot, f_c, y) - D * x_dot - K_F * x) / M
+            return [x_dot, x_ddot, *self.own(t, s_dot, x_ddot, f_c, y)]
+
+        z_0 = np.zeros(2 + self.n_own)
+        after = TIME[self.release <= TIME]
+        options = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-13, "max_step": 2e-4}
+        moving = solve_ivp(rates, (self.release, TIME[-1]), z_0, t_eval=after, **options).y.T
+        held = np.zeros((SAMPLES - len(after), 2 + self.n_own))
+        forces = [contact(t, z)[0] for t, z in zip(TIME, [*held, *moving], strict=True)]
+        return (lsim(self.filter, forces, TIME)[1] if self.filter else np.array(forces)), np.array(forces)
+
+
+def coulomb_friction(f_c, f_st, v_s):
+    def force(t, x_dot, *_):
+        w = x_dot / v_s
+        return -f_c * tanh(w) - f_st * w / (w**2 / 4 + 3 / 4) ** 2
+
+    return Truth(force=force)
+
+
+def gravity(f_g):
+    return Truth(force=lambda *_: f_g)
+
+
+def force_regulation(hz):
+    return Truth(
+        force=lambda t, x_dot, f_c, y: -y[0],
+        own=lambda t, s_dot, x_ddot, f_c, y: (2 * pi * hz * (F_P - y[0]),),
+        n_own=1,
+    )
+
+
+def end_stop(sigma, sigma_o):
+    return Truth(
+        contact=lambda t, s, *_: K_C * s + (1 - sigma) * F_P,
+        force=lambda *_: -sigma_o * F_P,
+        release=sigma * F_P / (K_C * V),
+    )
+
+
+def contact_damping(c, chi):
+    return Truth(contact=lambda t, s, s_dot, y: K_C * s + F_P + (c + chi * max(s, 0)) * s_dot)
+
+
+def contact_hardening(excess, gain):
+    n = 1 + excess
+    return Truth(
+        contact=lambda t, s, *_: (
+            100 * ((F_P / 100) ** (1 / n) + K_C * s / (100 * n)) ** n + gain * K_C * s * abs(s) / 1e-3
+        )
+    )
+
+
+def pad_relaxation(ratio, tau):
+    return Truth(
+        contact=lambda t, s, s_dot, y: K_C * s + F_P + y[0],
+        own=lambda t, s_dot, x_ddot, f_c, y: (ratio * K_C * s_dot - y[0] / tau,),
+        n_own=1,
+    )
+
+
+def pad_mass(m_p, hz):
+    k_p, d_p = m_p * (2 * pi * hz) ** 2, 2 * 0.03 * m_p * 2 * pi * hz
+    return Truth(
+        pad=lambda y: (y[0], y[1]),
+        force=lambda t, x_dot, f_c, y: F_P + k_p * y[0] + d_p * y[1] - f_c,
+        own=lambda t, s_dot, x_ddot, f_c, y: (
+            y[1],
+            (f_c - F_P - k_p * y[0] - d_p * y[1]) / m_p - x_ddot,
+        ),
+        n_own=2,
+    )
+
+
+def robot_compliance(inverse_mass, hz):
+    omega = 2 * pi * hz
+    return Truth(
+        robot=lambda t, y: (y[0], y[1]),
+        own=lambda t, s_dot, x_ddot, f_c, y: (
+            y[1],
+            -inverse_mass * f_c - 2 * 0.05 * omega * y[1] - omega**2 * y[0],
+        ),
+        n_own=2,
+    )
+
+
+def robot_deceleration(a, b, t_0):
+    brake = a + b * V
+    return Truth(  # the robot's own position and speed as states
+        robot=lambda t, y: (y[0], y[1]),
+        own=lambda t, s_dot, x_ddot, f_c, y: (y[1], -brake if t_0 < t < t_0 + V / brake else 0.0),
+        n_own=2,
+    )
+
+
+def sensor_lag(tau, zeta):
+    return Truth(filter=([1.0], [tau**2, 2 * zeta * tau, 1.0]))
+
+
+def sensor_resonance(share, hz, zeta):
+    omega = 2 * pi * hz
+    mode, rest = np.array([0, 0, omega**2]), np.array([1, 2 * zeta * omega, omega**2])
+    return Truth(filter=(share * mode + (1 - share) * rest, rest))
+
+
+def sensor_scale(gain_error):
+    return Truth(filter=([1 + gain_error], [1.0]))
+
+
+def test_every_effect_has_its_second_opinion():
+    assert [name for name in library() if name not in globals()] == []
+
+
+@pytest.mark.parametrize("name", library())
+def test_simulator_equals_scipy(name):
+    for which in (0, -1):
+        theta = start(library()[name], which)
+        response = run(library()[name], [theta], pull=1.0)  # the equations' own continuation
+        sensed, contact = globals()[name](*theta).solve()
+        assert np.allclose(response.contact[0], contact, rtol=0, atol=2e-3)
+        assert np.allclose(response.sensed[0], sensed, rtol=0, atol=2e-3)
