@@ -19,6 +19,7 @@ Kind = type[AbstractEffect]
 RIG, IMPACT = Rig(m=3.0, d=30.0, k_f=1e3, k_c=1.2e5), Impact(v_e=0.21, f_p=80.0)
 SAMPLES, H = 257, 5e-5  # 12.8 ms: past the peak, contact not yet lost
 LONG = 4 * H  # past the loss of contact
+QUICK = {"xla_backend_optimization_level": 0}  # compiling is what these tests wait for, not running
 RULES: list[Callable[[Kind], None]] = []
 
 
@@ -46,7 +47,8 @@ def _program(kinds: tuple[Kind, ...], with_tangents: bool) -> Callable:
 
         return jax.vmap(along, out_axes=(None, 0))(jnp.eye(theta.size))
 
-    return jax.jit(jax.vmap(with_derivatives if with_tangents else forces, in_axes=(0, None, None, None)))
+    one = with_derivatives if with_tangents else forces
+    return jax.jit(jax.vmap(one, in_axes=(0, None, None, None)), compiler_options=QUICK)
 
 
 def _padded(kind: Kind, rows, impact, h, pull) -> tuple[Response, Response]:
