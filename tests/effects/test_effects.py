@@ -11,7 +11,7 @@ from acf_jax import effects
 from acf_jax.effects import library
 from tests.effects.contract import RULES, neutral, run, run_company, start
 
-CONTRIBUTING = Path(__file__).parents[2] / "CONTRIBUTING.md"
+ROOT = Path(__file__).parents[2]
 SINGULAR = "with its frequency fixed a vanishing pad mass leaves a vanishing spring, not the paper's contact"
 
 
@@ -35,6 +35,19 @@ def test_the_library_has_the_effects_of_the_contract():
         *("robot_compliance", "robot_deceleration"),
         *("sensor_lag", "sensor_resonance", "sensor_scale"),
     }
+
+
+def test_the_documentation_has_a_row_for_every_effect():
+    rows = re.findall(r"^\| `(\w+)` \|(.*)$", (ROOT / "docs" / "effects.md").read_text(), re.M)
+    named = {name: set(re.findall(r"`(\w+)`", row)) for name, row in rows}
+    assert named == {name: {p.name for p in kind.parameters()} for name, kind in library().items()}
+
+
+def test_the_documented_example_prints_what_the_page_shows(capsys):
+    text = (ROOT / "docs" / "effects.md").read_text()
+    code, shown = re.search(r"```python\n(.*?)```\n\n```text\n(.*?)```", text, re.S).groups()
+    exec(code, {})
+    assert capsys.readouterr().out == shown
 
 
 def _rows(kinds, present):
@@ -62,7 +75,7 @@ def test_effects_compose_in_any_order():
 @pytest.fixture
 def example(tmp_path, monkeypatch):
     """The effect that CONTRIBUTING.md shows, written to a folder of its own that the library also searches."""
-    text = CONTRIBUTING.read_text()
+    text = (ROOT / "CONTRIBUTING.md").read_text()
     name, code = re.search(r"`src/acf_jax/effects/(\w+)\.py`:\n\n```python\n(.*?)```", text, re.S).groups()
     (tmp_path / f"{name}.py").write_text(code)
     monkeypatch.setattr(effects, "__path__", [*effects.__path__, str(tmp_path)])
