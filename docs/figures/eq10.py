@@ -19,8 +19,11 @@ INK, FULL, PRINTED = "#1f2937", "#2563eb", "#d9480f"
 def draw_box(size: int) -> tuple[Rig, Impact]:
     """Underdamped samples of the wide box."""
     random = np.random.default_rng(0)
-    m, k_c, v = (np.exp(random.uniform(*np.log(ends), size)) for ends in ((0.5, 10), (1e4, 1e6), (0.01, 1)))
-    k_f, zeta, f_p = (random.uniform(*ends, size) for ends in ((0, 1e4), (0, 1.5), (0, 500)))
+    m, k_c, v = (
+        np.exp(random.uniform(np.log(low), np.log(high), size))
+        for low, high in ((0.5, 10), (1e4, 1e6), (0.01, 1))
+    )
+    k_f, zeta, f_p = (random.uniform(low, high, size) for low, high in ((0, 1e4), (0, 1.5), (0, 500)))
     rig = Rig(m, 2 * zeta * np.sqrt(m * (k_f + k_c)), k_f, k_c)
     chosen = zeta < 1
     return jax.tree.map(lambda x: x[chosen], (rig, Impact(v, f_p)))

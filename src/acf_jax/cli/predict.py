@@ -47,7 +47,7 @@ def command(diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample
 
     Writes OUT/predictions.csv and OUT/traces/<trial>.csv.
     """
-    from acf_jax.dataset import read_conditions
+    from acf_jax.dataset import Trial, read_conditions
     from acf_jax.errors import InputError
 
     faults = []
@@ -55,7 +55,7 @@ def command(diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample
         faults.append(f"--sample-rate {sample_rate:g}: must lie between 100 and 1000000 Hz")
     if out.exists() and not out.is_dir():
         faults.append(f"--out {out}: is a file; name a folder")
-    trials = ()
+    trials: tuple[Trial, ...] = ()
     try:
         trials = read_conditions(conditions)
     except InputError as error:

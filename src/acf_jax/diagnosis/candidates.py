@@ -1,6 +1,6 @@
 """Fitting the candidate explanations: single effects, the four ports, and pairs found by forward search."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -87,7 +87,7 @@ def best(fits: Iterable[Fit]) -> Fit:
     return min(fits, key=lambda f: f.objective)
 
 
-def in_parallel(tasks: list[Callable[[], Fit]], done: Callable[[], None] = lambda: None) -> list[Fit]:
+def in_parallel(tasks: Sequence[Callable[[], Fit]], done: Callable[[], None] = lambda: None) -> list[Fit]:
     """Run fits on all workers, results in the order of the tasks; `done` is called after each."""
 
     def run(task: Callable[[], Fit]) -> Fit:

@@ -31,7 +31,6 @@ from acf_jax.diagnosis.validate import (
     peak_shrinkage,
 )
 from acf_jax.diagnosis.where import GapMap, gap_map
-from acf_jax.errors import InputError
 
 LEADERS = 3  # single effects from which the forward search goes on
 PARTNERS = 3  # effects that are tried beside each of them
@@ -85,7 +84,6 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
     progress("looking at the data")
     quality = assess_dataset(dataset)
     observations = observe(dataset, quality)
-    _require_trials(dataset, observations)
     excluded = dict(quality.excluded)
     recalibrated, fits = _fit_all(observations, progress)
     outliers = _outliers(observations, min(fits, key=lambda f: f.objective))
@@ -144,14 +142,6 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
         excluded=excluded,
         warnings=(*quality.warnings, *_warnings(corrected)),
     )
-
-
-def _require_trials(dataset: GapDataset, observations: Observations) -> None:
-    if len(observations.names) < 3:
-        raise InputError(
-            f"{dataset.folder / 'trials.csv'}: only {len(observations.names)} trials show an impact; at least three are"
-            " needed: check that time 0 is first contact and that force is positive in contact"
-        )
 
 
 def _fit_all(observations: Observations, progress: Progress) -> tuple[Fit, list[Fit]]:

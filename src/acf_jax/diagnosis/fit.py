@@ -56,29 +56,29 @@ def grid_for(observations: Observations) -> Grid:
     return Grid(h, int(np.ceil(end / h)) + 2)
 
 
-def at_times(values: np.ndarray, times: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-    """Values (..., steps + 1) on the grid, and their time derivative, at `times` (n,), by cubic interpolation."""
+def at_times(values: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
+    """Values (..., steps + 1) on the grid, at `times` (n,), by cubic interpolation."""
     k = np.clip((times / h).astype(int), 1, values.shape[-1] - 3)
     a = times / h - k
-    nodes = np.stack([values[..., k + j] for j in (-1, 0, 1, 2)])
-    weights = np.stack(
-        [
-            -a * (a - 1) * (a - 2) / 6,
-            (a + 1) * (a - 1) * (a - 2) / 2,
-            -(a + 1) * a * (a - 2) / 2,
-            (a + 1) * a * (a - 1) / 6,
-        ]
+    return (
+        values[..., k - 1] * (-a * (a - 1) * (a - 2) / 6)
+        + values[..., k] * ((a + 1) * (a - 1) * (a - 2) / 2)
+        + values[..., k + 1] * (-(a + 1) * a * (a - 2) / 2)
+        + values[..., k + 2] * ((a + 1) * a * (a - 1) / 6)
     )
-    slopes = np.stack(
-        [
-            -(3 * a**2 - 6 * a + 2) / 6,
-            (3 * a**2 - 4 * a - 1) / 2,
-            -(3 * a**2 - 2 * a - 2) / 2,
-            (3 * a**2 - 1) / 6,
-        ]
+
+
+def rate_at_times(values: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
+    """Time derivative of the same interpolation."""
+    k = np.clip((times / h).astype(int), 1, values.shape[-1] - 3)
+    a = times / h - k
+    slope = (
+        values[..., k - 1] * (-(3 * a**2 - 6 * a + 2) / 6)
+        + values[..., k] * ((3 * a**2 - 4 * a - 1) / 2)
+        + values[..., k + 1] * (-(3 * a**2 - 2 * a - 2) / 2)
+        + values[..., k + 2] * ((3 * a**2 - 1) / 6)
     )
-    axes = (slice(None), *(None,) * (values.ndim - 1), slice(None))
-    return (nodes * weights[axes]).sum(0), (nodes * slopes[axes]).sum(0) / h
+    return slope / h
 
 
 def peak_of(sensed: np.ndarray, h: float, contact: np.ndarray) -> tuple[float, float]:
@@ -135,8 +135,9 @@ def compare(
             times = np.full(n, peak_of(forces.sensed[i], h, forces.contact[i])[1])
         else:
             times = np.where(o.used[i], o.time[i] - delay[i], 0.0)
-        predicted[i], rate = at_times(forces.sensed[i], times, h)
-        tangents, _ = at_times(forces.tangents[i], times, h)
+        predicted[i] = at_times(forces.sensed[i], times, h)
+        rate = rate_at_times(forces.sensed[i], times, h)
+        tangents = at_times(forces.tangents[i], times, h)
         timing = np.zeros_like(rate) if o.peak_only[i] else -rate
         rows[i, 0] = o.force[i] - predicted[i]
         rows[i, 1 : p + 1] = tangents[:p] * slope[:p, None]
@@ -161,10 +162,10 @@ class _Normal:
 
 def _normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float) -> _Normal:
     """With the noise variance multiplied by `inflation`."""
-    r, j, l = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_own))
-    own_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", l, l) + np.eye(N_OWN))
-    own_gradient = own - np.einsum("ian,in->ia", l, r)
-    cross = np.einsum("ipn,ian->ipa", j, l)
+    r, j, k = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_own))
+    own_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(N_OWN))
+    own_gradient = own - np.einsum("ian,in->ia", k, r)
+    cross = np.einsum("ipn,ian->ipa", j, k)
     reduced = np.einsum("ipa,iab->ipb", cross, own_inverse)
     hessian = (
         np.einsum("ipn,iqn->pq", j, j, optimize=True)
@@ -213,8 +214,8 @@ def fit(
 ) -> Fit:
     """The most probable parameters from one start.
 
-    **Arguments:** `start`: (p,) values in SI units, the common delay of the triggers last. `own`: (trials, 3) first guess of the nuisances.
-    `warm`: the start is near the optimum already.
+    **Arguments:** `start`: (p,) values in SI units, the common delay of the triggers last. `own`: (trials, 3)
+    first guess of the nuisances. `warm`: the start is near the optimum already.
 
     While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
     is known to be, and the effect has to explain the data rather than the rig.
@@ -230,6 +231,8 @@ def fit(
     linear = linearise(observations, explanation, at, u, own, grid)
     inflation = 1.0 if warm else _inflation(linear, observations.n_used)
     damping, small = 1e-3, 0
+    if not np.isfinite(_objective(linear, u, own)):
+        iterations = 0  # the simulation breaks down at the start: another start has to do
     for _ in range(iterations):
         value = _objective(linear, u, own, inflation)
         normal = _normal_equations(linear, u, own, inflation)
@@ -256,12 +259,11 @@ def fit(
             calmer, small, grid = 1.0, 0, grid._replace(pull=0.0)
             linear = linearise(observations, explanation, at, u, own, grid)
         inflation = calmer
-    normal = _normal_equations(linear, u, own, 1.0)
+    objective = _objective(linear, u, own)
+    hessian = _normal_equations(linear, u, own, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
     chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)
     residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
-    return Fit(
-        explanation, at, u, own, _objective(linear, u, own), chi2, normal.hessian, residual, linear, grid
-    )
+    return Fit(explanation, at, u, own, objective, chi2, hessian, residual, linear, grid)
 
 
 def _inflation(linear: Linearisation, samples: int) -> float:

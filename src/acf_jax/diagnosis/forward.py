@@ -58,7 +58,7 @@ def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array, Arra
     def trial(
         z: Float[Array, " p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
     ) -> tuple[Float[Array, " samples"], Float[Array, " samples"], Float[Array, "p+2 samples"]]:
-        def along(direction: Float[Array, " p+2"]) -> tuple:
+        def along(direction: Float[Array, " p+2"]) -> tuple[Array, Array, Array]:
             (sensed, contact), (tangent, _) = jax.jvp(lambda z: forces(z, h, steps, pull), (z,), (direction,))
             return sensed, contact, tangent
 

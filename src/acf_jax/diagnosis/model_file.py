@@ -14,7 +14,7 @@ from acf_jax.diagnosis.space import every_effect, parameters
 from acf_jax.errors import InputError
 from acf_jax.files import read_text
 
-SCHEMA = "acf-gap-model/1"
+SCHEMA: Literal["acf-gap-model/1"] = "acf-gap-model/1"
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]

@@ -1,17 +1,22 @@
 """The trials as arrays: what is compared with the simulator, and how noisy it is."""
 
+import functools
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from acf_jax.dataset import GapDataset, Noise, Quality, RigPrior
+from acf_jax.dataset import GapDataset, Noise, Quality, RigPrior, Trial, TrialQuality
+from acf_jax.errors import InputError
 
+LEAST_TRIALS = 3
 LONGEST = 24.0  # of a trace that is compared, in units of 1/omega: about four periods
 ONSET = (
     0.9  # samples nearer to first contact than this share of the interval are left out: the jump falls there
 )
 TRIGGER = 0.5  # standard deviation of a trial's trigger time about the common one, in sampling intervals
+SHARED_SIZE = 64  # whitening matrices are kept for lengths that are multiples of it
 COMMON_TRIGGER = 0.5  # standard deviation of the delay that all triggers share, in sampling intervals
 
 
@@ -51,44 +56,58 @@ class Observations:
         )
 
 
+class _Row(NamedTuple):
+    time: np.ndarray
+    force: np.ndarray
+    interval: float
+    peak_only: bool
+
+
 def observe(dataset: GapDataset, quality: Quality) -> Observations:
-    """What of a data set is compared: the impact phase of each sound trial, or its peak where there is no trace."""
+    """What of a data set is compared: the impact phase of each sound trial, or its peak where there is no trace.
+
+    **Raises:** `InputError` when fewer than three trials show an impact.
+    """
     numbers = {condition: k for k, condition in enumerate(dataset.conditions)}
     chosen = [i for i in quality.used if quality.trials[i].phase or dataset.trials[i].peak_force is not None]
+    if len(chosen) < LEAST_TRIALS:
+        raise InputError(
+            f"{dataset.folder / 'trials.csv'}: only {len(chosen)} trials show an impact, {LEAST_TRIALS} are needed:"
+            " check that time 0 is first contact and that force is positive in contact"
+        )
     trials = [dataset.trials[i] for i in chosen]
     longest = LONGEST / np.pi * dataset.rig.impact_time
-    rows = []
-    for i, trial in zip(chosen, trials, strict=True):
-        look = quality.trials[i]
-        if trial.trace is None or look.phase is None:
-            rows.append((np.zeros(1), np.array([trial.peak_force]), np.ones(1, bool), 0.0, True))
-            continue
-        time, force = trial.trace.time, trial.trace.force - quality.noise.offset
-        interval = float(np.median(np.diff(time)))
-        late = interval * round((look.trigger_offset or 0.0) / interval)
-        time = time - late
-        part = slice(look.phase.start, look.phase.stop)
-        used = (time[part] > ONSET * interval) & (time[part] < longest)
-        rows.append((time[part][used], force[part][used], np.ones(used.sum(), bool), interval, False))
-    n = max(len(row[0]) for row in rows)
+    rows = [_row(dataset.trials[i], quality.trials[i], quality.noise.offset, longest) for i in chosen]
+    n = max(len(row.time) for row in rows)
 
-    def padded(k: int) -> np.ndarray:
-        return np.stack([np.pad(row[k], (0, n - len(row[k]))) for row in rows])
+    def padded(arrays: list[np.ndarray]) -> np.ndarray:
+        return np.stack([np.pad(a, (0, n - len(a))) for a in arrays])
 
     return Observations(
         names=tuple(t.name for t in trials),
         v_e=np.array([t.contact_velocity for t in trials]),
         f_p=np.array([t.pretension for t in trials]),
         condition=np.array([numbers[t.condition] for t in trials]),
-        time=padded(0),
-        force=padded(1),
-        used=padded(2),
-        peak_only=np.array([row[4] for row in rows]),
-        interval=np.array([row[3] for row in rows]),
+        time=padded([row.time for row in rows]),
+        force=padded([row.force for row in rows]),
+        used=padded([np.ones(len(row.time), bool) for row in rows]),
+        peak_only=np.array([row.peak_only for row in rows]),
+        interval=np.array([row.interval for row in rows]),
         rel_std=(dataset.measurement.contact_velocity_rel_std, dataset.measurement.pretension_rel_std),
         noise=quality.noise,
         prior=dataset.rig,
     )
+
+
+def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Row:
+    if trial.trace is None or look.phase is None:
+        return _Row(np.zeros(1), np.array([trial.peak_force], float), 0.0, True)
+    interval = float(np.median(np.diff(trial.trace.time)))
+    late = interval * round((look.trigger_offset or 0.0) / interval)
+    part = slice(look.phase.start, look.phase.stop)
+    time, force = trial.trace.time[part] - late, trial.trace.force[part] - offset
+    used = (time > ONSET * interval) & (time < longest)
+    return _Row(time[used], force[used], interval, False)
 
 
 def whiten(values: np.ndarray, times: np.ndarray, used: np.ndarray, noise: Noise) -> np.ndarray:
@@ -97,7 +116,24 @@ def whiten(values: np.ndarray, times: np.ndarray, used: np.ndarray, noise: Noise
     out = np.zeros_like(values)
     if noise.is_white or count < 2:
         out[:, :count] = values[:, :count] / noise.std
+        return out
+    steps = np.diff(times[:count])
+    if np.ptp(steps) < 1e-3 * steps.mean():
+        size = -(-count // SHARED_SIZE) * SHARED_SIZE
+        factor = _uniform_whitener(noise, float(f"{np.median(steps):.4g}"), size)[:count, :count]
     else:
-        factor = np.linalg.cholesky(noise.covariance(times[:count]))
-        out[:, :count] = solve_triangular(factor, values[:, :count].T, lower=True).T
+        factor = _whitener(noise, times[:count])
+    out[:, :count] = values[:, :count] @ factor.T
     return out
+
+
+@functools.lru_cache(maxsize=32)
+def _uniform_whitener(noise: Noise, interval: float, size: int) -> np.ndarray:
+    # the leading block of a triangular inverse is the inverse of the leading block: shorter trials share it
+    return _whitener(noise, interval * np.arange(size))
+
+
+def _whitener(noise: Noise, times: np.ndarray) -> np.ndarray:
+    """The inverse of the covariance's Cholesky factor."""
+    factor = np.linalg.cholesky(noise.covariance(times))
+    return np.asarray(solve_triangular(factor, np.eye(len(times)), lower=True))

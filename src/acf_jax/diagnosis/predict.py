@@ -36,8 +36,8 @@ def predict(
 ) -> list[Prediction]:
     """Forces of impacts at the given conditions.
 
-    **Arguments:** `v_e`, `f_p`: (trials,), m/s and N. `which`: the paper's model at the rig's prior values, refitted, or
-    with the effects found. `sample_rate`: Hz, the data set's by default.
+    **Arguments:** `v_e`, `f_p`: (trials,), m/s and N. `which`: the paper's model at the rig's prior values, refitted,
+    or with the effects found. `sample_rate`: Hz, the data set's by default.
 
     The standard deviation of a peak holds the uncertainty of the parameters, the spread between the explanations that
     still stand, and what the model missed on conditions that its fit did not see.
@@ -73,8 +73,8 @@ def _one(
     lost = np.flatnonzero(forces.contact[i, 1:] <= 0)
     end = min(LONGEST, (lost[0] + 1) * grid.h) if lost.size else LONGEST
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
-    force = np.maximum(at_times(forces.sensed[i], time, grid.h)[0], 0.0)
-    contact = np.maximum(at_times(forces.contact[i], time, grid.h)[0], 0.0)
+    force = np.maximum(at_times(forces.sensed[i], time, grid.h), 0.0)
+    contact = np.maximum(at_times(forces.contact[i], time, grid.h), 0.0)
     force[0], contact[0] = forces.sensed[i, 0], forces.contact[i, 0]
     top = int(np.argmax(force))
     peaks = [
@@ -83,7 +83,7 @@ def _one(
     ]
     means = weights @ np.array(peaks)
     between = weights @ (np.array(peaks) - means) ** 2
-    at_peak, _ = at_times(forces.tangents[i], np.array([time[top]]), grid.h)
+    at_peak = at_times(forces.tangents[i], np.array([time[top]]), grid.h)
     slope = at_peak[: len(covariance), 0]
     form = model.peak_form_error if which == "corrected" else 0.0
     own = float(slope @ covariance @ slope)

@@ -11,24 +11,26 @@ from acf_jax.diagnosis.space import Explanation, component_of
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
+NOISE_MARGIN = 1.1  # chi-square of a sample that the noise may have at most
 HIGHEST = 0.995  # no probability is stated higher: a world outside these models always remains
 
 
 @dataclass(frozen=True)
 class Weights:
-    """How evidence becomes probability, learnt on simulated cases (docs/calibration.md says how).
+    """How evidence becomes probability, learnt on simulated cases (docs/diagnosis.md says how).
 
     An effect whose true form differs from the library's leaves some of the gap even when it is the cause. So the
     half chi-square x/2 that an explanation leaves above the best one counts as
-    nu/2 log(1 + x / (nu + rho^2 G)), G the chi-square of the whole gap: the likelihood itself for a small gap, and no
-    more than about nu/2 for each factor of e by which it fits worse than form errors of the relative size rho.
+    nu/2 log(1 + x / (nu + rho^2 G)), G the chi-square of the whole gap: the likelihood itself for a small gap, and
+    for a large one about nu/2 for each factor of e by which it fits worse than form errors of the relative size rho.
     """
 
-    nu: float = 40.0  # how many independent pieces a misfit of form has
-    rho_squared: float = 0.02  # the share of the gap that a wrong form leaves
-    effect: float = 3.5  # cost of one effect, in log probability
-    second: float = 5.0  # cost of each further one
-    port: float = 9.0  # cost of an unknown cause
+    nu: float = 28.0  # how many independent pieces a misfit of form has
+    rho_squared: float = 0.05  # the share of the gap that a wrong form leaves
+    effect: float = 3.2  # cost of one effect, in log probability
+    second: float = 7.0  # cost of each further one
+    port: float = 8.5  # cost of the free discrepancy at a port
+    nameless: float = 8.5  # cost of a cause that neither the library nor the ports can imitate
 
 
 WEIGHTS = Weights()
@@ -57,22 +59,32 @@ def cost(explanation: Explanation, weights: Weights = WEIGHTS) -> float:
 
 
 def log_scores(fits: Sequence[Fit], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
-    """Unnormalised log probability of each fit; the first one has to be the paper's model alone."""
-    chi2 = 2 * np.array([f.objective for f in fits])
-    noise = max(1.0, chi2.min() / samples)  # what nothing explains is taken as noise
-    excess, gap = (chi2 - chi2.min()) / noise, (chi2[0] - chi2.min()) / noise
+    """Unnormalised log probability of each fit, then of a nameless cause; the first fit has to be the paper's model.
+
+    The nameless cause would leave nothing but noise, here a little more than the noise as known: its size is known
+    within five percent, and chi-square scatters.
+    """
+    noise = samples * (NOISE_MARGIN + 3 * np.sqrt(2 / samples))
+    chi2 = np.append(2 * np.array([f.objective for f in fits]), noise)
+    excess, gap = chi2 - chi2.min(), chi2[0] - chi2.min()
     evidence = 0.5 * weights.nu * np.log1p(excess / (weights.nu + weights.rho_squared * gap))
-    return -evidence - np.array([cost(f.explanation, weights) for f in fits])
+    return -evidence - np.array([*(cost(f.explanation, weights) for f in fits), weights.nameless])
 
 
 def probabilities(fits: Sequence[Fit], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
-    """Probability of each fit, shape (fits,), capped at `HIGHEST`."""
+    """Probability of each fit, shape (fits,), none above `HIGHEST`; a nameless cause counts with the ports."""
     score = log_scores(fits, samples, weights)
     p = np.exp(score - score.max())
     p /= p.sum()
-    rest = np.ones(len(p)) / len(p)
-    excess = max(0.0, (p.max() - HIGHEST) / (p.max() - 1 / len(p)))
-    return (1 - excess) * p + excess * rest
+    named = p[:-1]
+    at_ports = np.array([is_port(f.explanation) for f in fits])
+    if at_ports.any():
+        # where the nameless cause acts is told by the ports, each as likely as it explains the data
+        share = np.exp(score[:-1][at_ports] - score[:-1][at_ports].max())
+        named[at_ports] += p[-1] * share / share.sum()
+    named /= named.sum()
+    excess = max(0.0, (named.max() - HIGHEST) / (named.max() - 1 / len(named)))
+    return np.asarray((1 - excess) * named + excess / len(named))
 
 
 def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:

@@ -1,4 +1,4 @@
-"""Which explanations these trials can tell apart, whatever the data say: computed on predictions, not on measurements."""
+"""Which explanations these trials can tell apart, whatever the data say: computed on predictions alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

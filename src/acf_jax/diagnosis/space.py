@@ -70,7 +70,7 @@ class Coordinates(NamedTuple):
 
 
 def coordinates(prior: RigPrior, explanation: Explanation, trigger_std: float) -> Coordinates:
-    """Priors and bounds of the rig's parameters, of those of an explanation, and of the delay common to all triggers."""
+    """Priors and bounds of the rig's parameters, an explanation's, and of the delay common to all triggers."""
     value, std = prior.values, prior.stds
     rows = [
         (value[i], std[i], False, (LEAST_SHARE[i] - 1) * value[i] / std[i], np.inf) for i in range(len(RIG))

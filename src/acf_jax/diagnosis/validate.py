@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import N_OWN, TRIGGER, Fit, fit, linearise, peak_of
+from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise, peak_of
 from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
 

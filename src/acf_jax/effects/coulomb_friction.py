@@ -14,7 +14,9 @@ class CoulombFriction(AbstractEffect):
     title = "Dry friction"
 
     force_n: Scalar = strength("N", 0.0, 200.0, (3.0, 25.0), 20.0, "sliding friction F_c")
-    stribeck_n: Scalar = strength("N", 0.0, 200.0, (0.3, 1.0), 7.0, "extra friction F_st at the transition velocity")
+    stribeck_n: Scalar = strength(
+        "N", 0.0, 200.0, (0.3, 1.0), 7.0, "extra friction F_st at the transition velocity"
+    )
     transition_velocity_m_per_s: Scalar = shape("m/s", 1e-3, 0.3, (0.01, 0.03), "speed v_s of full sliding")
 
     def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:

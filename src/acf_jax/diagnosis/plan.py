@@ -1,0 +1,65 @@
+"""Before any data: what a proposed set of trials could detect and tell apart on a rig."""
+
+import numpy as np
+
+from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
+from acf_jax.diagnosis.fit import STEP_PER_RADIAN, at_times, fit
+from acf_jax.diagnosis.forward import SAMPLES, Grid, forward
+from acf_jax.diagnosis.observe import LONGEST, ONSET, Observations
+from acf_jax.diagnosis.separate import Detectability, detectability
+
+
+def plan(
+    rig: RigPrior,
+    measurement: Measurement,
+    conditions: tuple[Trial, ...],
+    sample_rate: float,
+    noise_std: float,
+) -> list[Detectability]:
+    """What trials at these conditions could say of every effect, on the rig's prior values.
+
+    **Arguments:** `conditions`: one a trial, repeats as further ones. `sample_rate`: Hz. `noise_std`: of one sample, N.
+
+    **Returns:** one `Detectability` an effect, in alphabetical order.
+    """
+    observations = imagine(rig, measurement, conditions, sample_rate, noise_std)
+    nominal = fit(observations, (), np.append(rig.values, 0.0), warm=True, iterations=0)
+    return detectability(observations, nominal)
+
+
+def imagine(
+    rig: RigPrior,
+    measurement: Measurement,
+    conditions: tuple[Trial, ...],
+    sample_rate: float,
+    noise_std: float,
+) -> Observations:
+    """Noise-free trials of the paper's model, as they would be compared."""
+    omega = np.pi / rig.impact_time
+    end = LONGEST / omega
+    grid = Grid(
+        max(STEP_PER_RADIAN / omega, end / (SAMPLES - 4)),
+        min(SAMPLES - 1, int(end * omega / STEP_PER_RADIAN) + 3),
+    )
+    v_e = np.array([t.contact_velocity for t in conditions])
+    f_p = np.array([t.pretension for t in conditions])
+    forces = forward((), rig.values, v_e, f_p, grid)
+    time = np.arange(1, int(end * sample_rate)) / sample_rate
+    force = np.stack([at_times(f, time, grid.h) for f in forces.sensed])
+    lost = [np.flatnonzero(c[1:] <= 0) for c in forces.contact]
+    until = np.array([(k[0] + 1) * grid.h if k.size else end for k in lost])
+    numbers = {condition: k for k, condition in enumerate(dict.fromkeys(t.condition for t in conditions))}
+    return Observations(
+        names=tuple(t.name for t in conditions),
+        v_e=v_e,
+        f_p=f_p,
+        condition=np.array([numbers[t.condition] for t in conditions]),
+        time=np.tile(time, (len(conditions), 1)),
+        force=force,
+        used=(time[None] < until[:, None]) & (time[None] > ONSET / sample_rate),
+        peak_only=np.zeros(len(conditions), bool),
+        interval=np.full(len(conditions), 1 / sample_rate),
+        rel_std=(measurement.contact_velocity_rel_std, measurement.pretension_rel_std),
+        noise=Noise(noise_std),
+        prior=rig,
+    )

@@ -1,0 +1,35 @@
+"""One small diagnosis with a trimmed library: compiled programs are the cost of these tests, so they share it."""
+
+import pytest
+
+from acf_jax.dataset import GapDataset, read_dataset
+from acf_jax.diagnosis import candidates, separate
+from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
+from acf_jax.effects import library
+from acf_jax.worlds import make_case, write_case
+
+KEPT = ("gravity", "pad_relaxation", "sensor_scale")
+
+
+@pytest.fixture(scope="session")
+def gravity_set(tmp_path_factory: pytest.TempPathFactory) -> GapDataset:
+    """Impacts of a rig with a constant force on the flange that the paper leaves out, from the scipy world."""
+    folder = tmp_path_factory.mktemp("gravity") / "set"
+    write_case(make_case(11, ["gravity"], target=40.0, coloured=False), folder)
+    return read_dataset(folder)
+
+
+@pytest.fixture(scope="session")
+def diagnosed(gravity_set: GapDataset) -> Diagnosis:
+    """The diagnosis of that set with three of the thirteen effects and two of the ports."""
+    few = {name: cls for name, cls in library().items() if name in KEPT}
+    all_ports = candidates.ports
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(candidates, "library", lambda: few)
+        patch.setattr(separate, "library", lambda: few)
+        patch.setattr(
+            candidates,
+            "ports",
+            lambda: {n: c for n, c in all_ports().items() if c.component in ("actuator", "sensor")},
+        )
+        return diagnose(gravity_set)

@@ -1,0 +1,105 @@
+"""A diagnosis from end to end, on data from a world that shares no code with the fitted simulator."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from acf_jax.dataset import GapDataset, assess_dataset
+from acf_jax.diagnosis.candidates import fit_nominal, fit_single
+from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.document import document
+from acf_jax.diagnosis.fit import Fit, fit
+from acf_jax.diagnosis.model_file import gap_model, read_model, write_model
+from acf_jax.diagnosis.observe import observe
+from acf_jax.diagnosis.predict import predict
+from acf_jax.diagnosis.project import Projector
+from acf_jax.errors import InputError
+
+
+def test_names_the_cause_and_shrinks_the_gap(diagnosed: Diagnosis) -> None:
+    content = document(diagnosed)
+    assert content["schema"] == "acf-gap-diagnosis/1"
+    assert content["verdict"] == "identified"
+    assert content["explanations"][0]["effects"] == ["gravity"]
+    assert sum(e["probability"] for e in content["explanations"]) == pytest.approx(1.0)
+    assert max(content["where"]["component"], key=content["where"]["component"].get) == "actuator"
+    assert sum(content["where"]["phase"].values()) == pytest.approx(1.0, abs=1e-3)
+    assert content["gap"]["corrected"]["force_rms_n"] < 0.6 * content["gap"]["recalibrated"]["force_rms_n"]
+    low, high = content["shrinkage"]["force"]["ci95"]
+    assert low <= content["shrinkage"]["force"]["value"] <= high <= 1
+    json.dumps(content, allow_nan=False)
+
+
+def test_the_model_file_comes_back_as_it_was(diagnosed: Diagnosis, tmp_path: Path) -> None:
+    model = gap_model(diagnosed)
+    path = tmp_path / "model.json"
+    path.write_text(write_model(model))
+    assert read_model(path) == model
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda m: m.update(surplus=1), "surplus"),
+        (lambda m: m["corrected"].update(effects=["magic"]), "magic"),
+        (lambda m: m["corrected"]["theta"].pop(), "values"),
+        (lambda m: m["nominal"]["theta"].__setitem__(0, float("nan")), "theta"),
+        (lambda m: m.update(step_s=0), "step_s"),
+    ],
+)
+def test_a_damaged_model_file_is_named(diagnosed: Diagnosis, tmp_path: Path, change, word: str) -> None:  # type: ignore[no-untyped-def]
+    content = json.loads(write_model(gap_model(diagnosed)))
+    change(content)
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=word):
+        read_model(path)
+
+
+def test_predictions_end_with_contact_and_carry_uncertainty(diagnosed: Diagnosis) -> None:
+    model = gap_model(diagnosed)
+    one, two = predict(model, np.array([0.1, 0.2]), np.array([80.0, 80.0]), sample_rate=20e3)
+    assert two.peak_force > one.peak_force
+    assert one.peak_force == one.force.max()
+    assert one.time[np.argmax(one.force)] == one.peak_time
+    assert one.peak_force_std > 0
+    assert (one.contact_force >= 0).all() and one.time[-1] <= 0.060
+    measured = {t.condition: t for t in diagnosed.dataset.trials if t.name not in diagnosed.excluded}
+    condition, trial = next(iter(measured.items()))
+    (again,) = predict(model, np.array([condition[0]]), np.array([condition[1]]))
+    assert trial.trace is not None
+    assert again.peak_force == pytest.approx(trial.trace.force.max(), rel=0.05)
+
+
+def test_derivatives_of_the_objective_are_right(gravity_set: GapDataset) -> None:
+    """The Gauss-Newton gradient vanishes at the optimum: a step to either side costs."""
+    observations = observe(gravity_set, assess_dataset(gravity_set))
+    best = fit_single(observations, "gravity")
+    for k in range(len(best.u)):
+        for step in (-0.3, 0.3):
+            u = best.u.copy()
+            u[k] += step / np.sqrt(best.hessian[k, k])
+            moved = fit(
+                observations, ("gravity",), best.coordinates.value(u), best.own, warm=True, iterations=0
+            )
+            assert moved.objective > best.objective - 1e-6
+
+
+def test_projection_removes_what_the_parameters_imitate(gravity_set: GapDataset) -> None:
+    observations = observe(gravity_set, assess_dataset(gravity_set))
+    nominal: Fit = fit_nominal(observations)
+    projector = Projector.at(nominal.linear)
+    imitated = nominal.linear.by_parameter[:, 0]
+    (left,) = projector.gram(imitated[None])[0]
+    assert left < 1.0 + 1e-9 < (imitated**2).sum()  # what is left is at most the prior's own weight
+
+
+def test_the_same_data_give_the_same_fit_whatever_the_order_of_trials(gravity_set: GapDataset) -> None:
+    observations = observe(gravity_set, assess_dataset(gravity_set))
+    reversed_set = replace(gravity_set, trials=gravity_set.trials[::-1])
+    turned = observe(reversed_set, assess_dataset(reversed_set))
+    one, two = fit_nominal(observations), fit_nominal(turned)
+    np.testing.assert_allclose(one.theta, two.theta, rtol=1e-3, atol=1e-6)

@@ -1,0 +1,94 @@
+"""The parts of a diagnosis against what they should be, each without a data set."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from acf_jax.dataset import Noise, Prior, RigPrior
+from acf_jax.diagnosis.experiment import error_probability
+from acf_jax.diagnosis.fit import at_times, peak_of, rate_at_times
+from acf_jax.diagnosis.observe import whiten
+from acf_jax.diagnosis.score import HIGHEST, Scored, credible_set, probabilities
+from acf_jax.diagnosis.space import coordinates, every_effect, starts
+
+RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
+
+
+@pytest.mark.parametrize("name", sorted(every_effect()))
+def test_coordinates_invert_and_starts_lie_within_the_bounds(name: str) -> None:
+    space = coordinates(RIG, (name,), 1e-4)
+    for start in starts(name):
+        theta = np.concatenate([RIG.values, start, [0.0]])
+        u = space.coordinate(theta)
+        np.testing.assert_allclose(space.value(u), theta, rtol=1e-12, atol=1e-15)
+        assert (u >= space.low).all() and (u <= space.high).all()
+        step = 1e-6
+        slope = (space.value(u + step) - space.value(u - step)) / (2 * step)
+        np.testing.assert_allclose(space.slope(u), slope, rtol=1e-6)
+
+
+def test_interpolation_is_exact_for_cubics() -> None:
+    h = 0.1
+    grid = h * np.arange(30)
+    times = np.array([0.0, 0.033, 0.5, 1.234, 2.7])
+    cubic = np.polynomial.Polynomial([1.0, -2.0, 0.5, 0.3])
+    np.testing.assert_allclose(at_times(cubic(grid), times, h), cubic(times), rtol=1e-12)
+    np.testing.assert_allclose(
+        rate_at_times(cubic(grid), times, h), cubic.deriv()(times), rtol=1e-10, atol=1e-10
+    )
+
+
+def test_the_peak_lies_within_the_impact_phase() -> None:
+    time = np.arange(200) * 1e-3
+    force = 100 * np.sin(time * np.pi / 0.1)  # contact is lost after 0.1 s
+    force[150:] = 500.0
+    peak, when = peak_of(force, 1e-3, force)
+    assert peak == pytest.approx(100.0, rel=1e-6)
+    assert when == pytest.approx(0.05, abs=1e-6)
+
+
+@pytest.mark.parametrize("noise", [Noise(0.7), Noise(1.3, share=0.4, correlation_time=8e-4)])
+def test_whitening_leaves_independent_noise_of_unit_size(noise: Noise) -> None:
+    times = 1.25e-4 * np.arange(90)
+    used = np.arange(100) < 90
+    rows = np.pad(np.linalg.cholesky(noise.covariance(times)).T, ((0, 0), (0, 10)))
+    white = whiten(rows, np.pad(times, (0, 10)), used, noise)
+    np.testing.assert_allclose(white[:, :90].T @ white[:, :90], np.eye(90), atol=1e-9)
+    assert not white[:, 90:].any()
+
+
+def test_error_probability_against_sampling() -> None:
+    p, q, d = 0.7, 0.2, 1.5
+    rng = np.random.default_rng(0)
+    n = 400_000
+    first = rng.random(n) < p / (p + q)
+    signal = rng.normal(size=n) + np.where(first, 0.0, d)
+    says_first = np.log(p / q) - d * signal + d**2 / 2 > 0
+    assert error_probability(p, q, d) == pytest.approx((says_first != first).mean(), abs=3e-3)
+    assert error_probability(0.5, 0.5, d) == pytest.approx(norm.sf(d / 2))
+    assert error_probability(p, q, 0.0) == pytest.approx(q / (p + q))
+
+
+class _Fit:
+    def __init__(self, explanation: tuple[str, ...], objective: float):
+        self.explanation, self.objective = explanation, objective
+
+
+def test_probabilities_follow_the_evidence_and_are_never_certain() -> None:
+    names = [(), ("gravity",), ("coulomb_friction",), ("unknown_actuator",)]
+    same = probabilities([_Fit(e, 500.0) for e in names], 1000)  # type: ignore[misc]
+    assert same.argmax() == 0 and same.sum() == pytest.approx(1.0)
+    clear = probabilities(
+        [_Fit(e, o) for e, o in zip(names, (5000.0, 500.0, 700.0, 499.0), strict=True)], 1000
+    )  # type: ignore[misc]
+    assert clear.argmax() == 1
+    assert clear.max() <= HIGHEST + 1e-12
+    outside = probabilities(
+        [_Fit(e, o) for e, o in zip(names, (50000.0, 20000.0, 30000.0, 500.0), strict=True)], 1000
+    )  # type: ignore[misc]
+    assert outside.argmax() == 3
+
+
+def test_the_credible_set_is_the_smallest_that_holds_95_percent() -> None:
+    scored = [Scored(("a",), 0.6), Scored(("b",), 0.36), Scored((), 0.04)]
+    assert credible_set(scored) == [("a",), ("b",)]
