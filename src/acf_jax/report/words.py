@@ -1,33 +1,140 @@
 """A diagnosis in words."""
 
+from collections.abc import Sequence
+
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.score import UNKNOWN
-from acf_jax.diagnosis.space import Explanation, label
+from acf_jax.diagnosis.score import UNKNOWN, Scored
+from acf_jax.diagnosis.space import Explanation, component_of, every_effect
+
+MODELS = {
+    "nominal": "the paper's model with the rig's nominal parameters",
+    "recalibrated": "the paper's model with its own parameters refitted",
+    "corrected": "the model with what explains the gap",
+}
+THIN_SPACE, FIXED_SPACE = "\u202f", "\u00a0"  # neither breaks a line
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+VERDICTS = {
+    "no_gap": ("No gap", "good"),
+    "identified": ("Identified", "good"),
+    "ambiguous": ("Ambiguous", "open"),
+    "unknown": ("Unknown cause", "open"),
+    "insufficient_data": ("Insufficient data", "bad"),
+}
+# words as in Mastrandrea et al., 'Guidance note on consistent treatment of uncertainties' (IPCC, 2010)
+LIKELIHOOD = (
+    (0.99, "virtually certain"),
+    (0.90, "very likely"),
+    (0.66, "likely"),
+    (0.33, "about as likely as not"),
+    (0.10, "unlikely"),
+    (0.01, "very unlikely"),
+    (0.00, "exceptionally unlikely"),
+)
+
+
+def likelihood(probability: float) -> str:
+    """A probability in words."""
+    return next(word for least, word in LIKELIHOOD if probability >= least)
+
+
+def percent(share: float | None, digits: int = 0, signed: bool = False) -> str:
+    """A share in percent; close to 0 and 100 % it says no more than that."""
+    if share is None:
+        return "–"
+    least = 10.0**-digits
+    value = 100 * share
+    if signed:
+        return f"{value:+.{digits}f} %".replace("-", "−")
+    if 0 <= value < least:
+        return f"< {least:g} %"
+    if 100 - least < value < 100:
+        return f"> {100 - least:g} %"
+    return f"{value:.{digits}f} %".replace("-", "−")
 
 
 def name_of(explanation: Explanation) -> str:
     """An explanation as a person says it."""
-    return "a cause outside the library" if explanation == UNKNOWN else label(explanation)
+    if explanation == UNKNOWN:
+        return "a cause outside the library"
+    if not explanation:
+        return "nothing unmodelled"
+    titles = [every_effect()[name].title for name in explanation]
+    return " and ".join(title[:1].lower() + title[1:] for title in titles)
+
+
+def headed(phrase: str) -> str:
+    """The phrase with a capital letter, unless it begins with a symbol or a name such as k_C."""
+    return phrase if "_" in phrase.split(" ")[0] else phrase[:1].upper() + phrase[1:]
+
+
+def listed(items: Sequence[str], last: str = "and") -> str:
+    """`a, b and c`."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
+
+
+def condition(v_e: float, f_p: float) -> str:
+    """A condition of a trial."""
+    return f"{v_e:.3g} m/s, {f_p:.3g} N"
+
+
+def si(value: float, digits: int = 4, unit: str = "1") -> str:
+    """A number as an engineer writes it, with its unit on the same line."""
+    behind = "" if unit in ("", "1") else f"{FIXED_SPACE}{unit.replace(' ', FIXED_SPACE)}"
+    rounded = float(f"{value:.{digits}g}")
+    if rounded == 0 or 1e-4 <= abs(rounded) < 1e7:
+        shown = f"{rounded:,}".removesuffix(".0").replace(",", THIN_SPACE)
+    else:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        shown = f"{mantissa}·10{str(int(exponent)).translate(RAISED)}"
+    return shown.replace("-", "−") + behind
 
 
 def sentence(diagnosis: Diagnosis) -> str:
+    """The verdict in one sentence, and how far the gap shrinks in a second."""
+    return f"{verdict(diagnosis)} {shrunk(diagnosis)}".strip()
+
+
+def verdict(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     d = diagnosis
     first = d.scored[0]
-    percent = f"{100 * first.probability:.0f} %"
-    shrunk = ""
-    if d.shrinkage_force is not None:
-        shrunk = f" It removes {100 * d.shrinkage_force.value:.0f} % of the force error on conditions the fit did not see."
-    component = max(d.component, key=lambda c: d.component[c])
+    shown = percent(first.probability)
+    here = f"at the {max(d.component, key=lambda c: d.component[c])}"
     match d.verdict:
         case "no_gap":
             return "No gap: parameter error and noise explain all that these trials show."
         case "identified":
-            return f"Identified: {name_of(first.explanation)} ({percent}), at the {component}.{shrunk}"
+            return f"Identified: {name_of(first.explanation)} ({shown}), {_at(first.explanation)}."
         case "ambiguous":
-            names = ", ".join(name_of(e) for e in d.credible)
-            return f"Ambiguous: these trials leave {len(d.credible)} explanations standing ({names})."
+            names = listed(
+                [f"{name_of(s.explanation)} ({percent(s.probability)})" for s in _standing(d)], "or"
+            )
+            return f"Ambiguous: these trials leave {len(d.credible)} explanations standing: {names}."
         case "unknown":
-            return f"Unknown: nothing in the library explains the gap ({percent}); it acts at the {component}.{shrunk}"
+            gap = f"no effect of the library explains the gap ({shown})"
+            return f"Unknown: {gap}; it acts {here}."
         case _:
             return "Insufficient data: these trials could not have told what causes the gap."
+
+
+def _at(explanation: Explanation) -> str:
+    """At which components an explanation acts."""
+    return f"at the {listed(list(dict.fromkeys(component_of(name) for name in explanation)))}"
+
+
+def _standing(d: Diagnosis) -> list[Scored]:
+    return [s for s in d.scored if s.explanation in d.credible][:3]
+
+
+def shrunk(diagnosis: Diagnosis) -> str:
+    """How much of the gap the correction removes, of the force if there are traces, else of the peak."""
+    d = diagnosis
+    cause = "the most probable one" if d.verdict == "ambiguous" else "it"
+    for shrinkage, what in ((d.shrinkage_force, "force"), (d.shrinkage_peak, "peak")):
+        if shrinkage is not None and d.verdict in ("identified", "ambiguous", "unknown"):
+            low, high = (percent(end) for end in shrinkage.ci95)
+            return (
+                f"Correcting for {cause} removes {percent(shrinkage.value)} of the {what} error on conditions that the"
+                f" fit did not see (95 % interval {low} to {high})."
+            )
+    return ""

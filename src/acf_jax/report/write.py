@@ -1,14 +1,68 @@
-"""`report.html`: placeholder page until the report is built."""
+"""`report.html`: one self-contained page, the answer first."""
 
-import html
-import json
 from pathlib import Path
 from typing import Any
 
+from acf_jax import __version__
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.files import write_text
+from acf_jax.report import (
+    design,
+    discrepancy,
+    evidence,
+    heldout,
+    parameters,
+    peaks,
+    quality,
+    summary,
+    traces,
+    where,
+)
+from acf_jax.report.markup import Html, element, section
+from acf_jax.report.outlook import outlook
+from acf_jax.report.page import Part, page
 
 
 def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> None:
-    """Write the page."""
-    write_text(path, f"<!doctype html><pre>{html.escape(json.dumps(content, indent=1))}</pre>")
+    """Write the page of a diagnosis.
+
+    **Arguments:** `path`: of the HTML file. `content`: of `diagnosis.json`, whose figures the page shows.
+    """
+    d = diagnosis
+    look = outlook(d)
+    beside = [p for p in (heldout.force_error(content), heldout.peak_errors(d)) if p is not None]
+    parts = [
+        _part("before-after", "Before, after", "Before and after", traces.overlay(d, look)),
+        _part("where", "Where", "Where the gap lies", where.in_words(d), where.gap_map(d), where.components(d)),
+        _part(
+            "why", "Why", "What explains it", evidence.in_words(d), evidence.probabilities(content),
+            discrepancy.unknown_cause(d), evidence.tried(d),
+        ),
+        _part(
+            "how-far", "How far it shrinks", "How far the gap shrinks", heldout.in_words(content),
+            element("div", *beside, class_="beside"),
+        ),
+        _part(
+            "peak", "Peak force", "Sensed and contact force", peaks.in_words(look), peaks.over_velocity(d, look),
+            peaks.by_condition(d, look),
+        ),
+        _part("parameters", "Parameters", "Parameters", parameters.parameter_table(d)),
+        _part("next", "Next trial", "What to measure next", design.next_experiment(d)),
+        _part("design", "Detectability", "What these trials could have seen", design.detectable(d)),
+        _part("data", "Data", "Data quality", quality.overview(d)),
+        _part("warnings", "Warnings", "Warnings", quality.warnings(d)),
+    ]  # fmt: skip
+    foot = element(
+        "p",
+        f"acf-jax {__version__}. The figures are those of diagnosis.json beside this page; ‘unseen conditions’ means"
+        " cross-validation by condition. SI units; positive x compresses the flange; time 0 is first contact.",
+        class_="muted",
+    )
+    title = f"Sim-to-real gap: {d.dataset.folder.name}"
+    write_text(path, page(title, summary.summary(d, content, look), [p for p in parts if p], foot))
+
+
+def _part(name: str, word: str, heading: str, *body: Html | None) -> Part | None:
+    """A section of what there is; None where there is nothing."""
+    there = [b for b in body if b]
+    return Part(name, word, section(name, heading, *there)) if there else None

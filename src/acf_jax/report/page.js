@@ -1,0 +1,52 @@
+"use strict";
+
+const prefersDark = matchMedia("(prefers-color-scheme: dark)");
+const isNarrow = matchMedia("(max-width: 700px)");
+const isTouched = matchMedia("(pointer: coarse)");
+
+/** The value with every colour name of the style sheet replaced by the colour it has now. */
+function coloured(value, style) {
+  if (typeof value === "string") return value.startsWith("--") ? style.getPropertyValue(value).trim() : value;
+  if (Array.isArray(value)) return value.map((item) => coloured(item, style));
+  if (value && typeof value === "object") {
+    return Object.fromEntries(Object.entries(value).map(([key, item]) => [key, coloured(item, style)]));
+  }
+  return value;
+}
+
+function layoutOf(own) {
+  const axis = { gridcolor: "--line", zerolinecolor: "--line", linecolor: "--muted", automargin: true };
+  const layout = {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true, hovermode: "closest",
+    font: { family: getComputedStyle(document.body).fontFamily, size: isNarrow.matches ? 12 : 13, color: "--ink" },
+    margin: { l: isNarrow.matches ? 44 : 58, r: 10, t: 10, b: 44 },
+    legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
+    hoverlabel: { bgcolor: "--panel", bordercolor: "--muted", font: { color: "--ink" } },
+    dragmode: isTouched.matches ? false : "zoom",
+    ...own, xaxis: own.xaxis ?? {}, yaxis: own.yaxis ?? {},
+  };
+  for (const key of Object.keys(layout).filter((name) => /^[xy]axis\d*$/.test(name))) {
+    layout[key] = { ...axis, ...layout[key] };
+    if (isTouched.matches) layout[key].fixedrange = true; // a finger scrolls the page
+  }
+  return layout;
+}
+
+function draw(plot) {
+  const figure = JSON.parse(document.getElementById(`${plot.id}-data`).textContent);
+  const choice = document.getElementById(`${plot.id}-choice`);
+  const shown = figure.variants[choice ? choice.selectedIndex : Number(plot.dataset.first)];
+  const style = getComputedStyle(document.documentElement);
+  const config = { responsive: true, displaylogo: false, displayModeBar: isTouched.matches ? false : "hover" };
+  const layout = layoutOf({ ...figure.layout, ...shown.layout });
+  return Plotly.react(plot, coloured(shown.data, style), coloured(layout, style), config);
+}
+
+const plots = [...document.querySelectorAll(".plot")];
+const drawAll = () => Promise.all(plots.map(draw));
+for (const choice of document.querySelectorAll("select[data-plot]")) {
+  choice.addEventListener("change", () => draw(document.getElementById(choice.dataset.plot)));
+}
+prefersDark.addEventListener("change", drawAll);
+isNarrow.addEventListener("change", drawAll);
+drawAll().then(() => { document.documentElement.dataset.drawn = "true"; });

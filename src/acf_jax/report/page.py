@@ -1,0 +1,59 @@
+"""The page around the sections: one file that needs nothing else, and runs no script but its own."""
+
+import hashlib
+from base64 import b64encode
+from collections.abc import Sequence
+from importlib.resources import files
+from typing import NamedTuple
+
+from plotly.offline import get_plotlyjs
+
+from acf_jax.report.markup import Html, element, escape, join
+
+
+class Part(NamedTuple):
+    """A section and the word that the contents have for it."""
+
+    name: str
+    word: str
+    html: Html
+
+
+def page(title: str, head: Html, parts: Sequence[Part], foot: Html) -> str:
+    """The HTML file: head, contents, sections, foot.
+
+    The content security policy names the hashes of the two scripts, so that a text which slipped through unescaped
+    would still not run, and forbids every connection.
+    """
+    folder = files("acf_jax.report")
+    scripts = (get_plotlyjs(), (folder / "page.js").read_text("utf-8"))
+    hashes = " ".join(f"'sha256-{b64encode(hashlib.sha256(s.encode()).digest()).decode()}'" for s in scripts)
+    policy = f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'"
+    contents = element(
+        "nav",
+        element("ul", *(element("li", element("a", p.word, href=f"#{p.name}")) for p in parts)),
+        aria_label="Contents",
+    )
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escape(title)}</title>
+<style>
+{(folder / "page.css").read_text("utf-8")}</style>
+</head>
+<body>
+<a class="skip" href="#main">Skip to the results</a>
+<header>{head}{contents}</header>
+<main id="main">
+<noscript><p>The figures need JavaScript; texts and tables do not.</p></noscript>
+{join(p.html for p in parts)}
+</main>
+<footer>{foot}</footer>
+<script>{scripts[0]}</script>
+<script>{scripts[1]}</script>
+</body>
+</html>
+"""

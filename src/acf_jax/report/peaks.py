@@ -1,0 +1,111 @@
+"""Sensed against contact force: peaks over contact velocity, and at each condition."""
+
+import numpy as np
+
+from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.report.markup import Html, details, element, table
+from acf_jax.report.outlook import Curves, Outlook
+from acf_jax.report.plot import CONTACT, LINES, Variant, axis, plain, plot, series
+from acf_jax.report.words import condition
+
+
+def over_velocity(diagnosis: Diagnosis, look: Outlook) -> Html:
+    """Peak force over contact velocity with a choice of pretension, in N and against the nominal model."""
+    variants = [_variant(diagnosis, curves, relative) for relative in (False, True) for curves in look.curves]
+    layout = {"xaxis": axis("contact velocity / (m/s)")}
+    caption = (
+        "Corrected, sensed: what the sensor reads. Corrected, contact: what acts between robot and flange; judge safety"
+        " by it. The band is ± 2 standard deviations of the corrected contact peak. Between the tried velocities the"
+        " models interpolate."
+    )
+    title = "Peak force over contact velocity"
+    return plot("peaks", title, caption, variants, layout, 400, "Pretension", len(look.curves) // 2)
+
+
+def _variant(d: Diagnosis, curves: Curves, relative: bool) -> Variant:
+    v = series(curves.v_e, 4)
+    mode = "lines" if len(v) > 1 else "markers"
+    corrected = curves.by_model["corrected"]
+    nominal = np.array([p.peak_force for p in curves.by_model["nominal"]])
+
+    def shown(force: np.ndarray, at: np.ndarray = curves.v_e) -> list[float | None]:
+        return series(100 * (force / np.interp(at, curves.v_e, nominal) - 1) if relative else force)
+
+    peak, std = (np.array([getattr(p, f"contact_peak_force{x}") for p in corrected]) for x in ("", "_std"))
+    band = {
+        "x": [*v, *v[::-1]],
+        "y": shown(peak + 2 * std) + shown(np.maximum(peak - 2 * std, 0))[::-1],
+        "fill": "toself",
+        "fillcolor": "--band",
+        "mode": "lines",
+        "line": {"width": 0},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
+    data = [band]
+    for name, line in LINES.items():
+        sensed = np.array([p.peak_force for p in curves.by_model[name]])
+        label = "corrected, sensed" if name == "corrected" else name
+        data.append({"x": v, "y": shown(sensed), "mode": mode, "line": line, "name": label})
+    data.append({"x": v, "y": shown(peak), "mode": mode, "line": CONTACT, "name": "corrected, contact"})
+    o = d.observations
+    here = np.isclose(o.f_p, curves.f_p, rtol=0.02)
+    measured = d.held["corrected"].measured_peak[here]
+    data.append(
+        {
+            "x": series(o.v_e[here], 4),
+            "y": shown(measured, o.v_e[here]),
+            "mode": "markers",
+            "marker": {"color": "--measured", "size": 7, "symbol": "x-thin-open", "line": {"width": 2}},
+            "name": "measured",
+            "text": [
+                f"{plain(name)}: {force:.1f} N"
+                for name, force in zip(np.array(o.names)[here], measured, strict=True)
+            ],
+            "hovertemplate": "%{text}<extra></extra>",
+        }
+    )
+    if relative:
+        return Variant(
+            f"{curves.f_p:g} N, against nominal", data, {"yaxis": axis("peak against nominal model / %")}
+        )
+    return Variant(f"{curves.f_p:g} N", data, {"yaxis": axis("peak force / N", rangemode="tozero")})
+
+
+def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
+    """Measured, sensed and contact peak of each condition."""
+    d = diagnosis
+    o = d.observations
+    measured = d.held["corrected"].measured_peak
+    rows = []
+    for number in np.unique(o.condition):
+        here = np.flatnonzero(o.condition == number)
+        at = look.trials[o.names[here[0]]]
+        rows.append(
+            (
+                condition(o.v_e[here[0]], o.f_p[here[0]]),
+                f"{measured[here].mean():.1f} N" + (f" (mean of {len(here)})" if len(here) > 1 else ""),
+                f"{at.peak_force:.1f} ± {at.peak_force_std:.1f} N",
+                f"{at.contact_peak_force:.1f} ± {at.contact_peak_force_std:.1f} N",
+                f"{100 * (at.peak_force / at.contact_peak_force - 1):+.1f} %".replace("-", "−"),
+                f"{1e3 * at.peak_time:.2f} ms",
+            )
+        )
+    head = ("Condition", "Measured", "Sensed", "At the contact", "Sensor reads", "Peak after")
+    return details("Peaks at each condition", table("Corrected model, ± one standard deviation", head, rows))
+
+
+def in_words(look: Outlook) -> Html:
+    """Whether the sensor reads the peak that acts at the contact."""
+    ratios = [
+        p.peak_force / p.contact_peak_force - 1 for p in look.trials.values() if p.contact_peak_force > 0
+    ]
+    worst = max(ratios, key=abs)
+    if abs(worst) < 0.005:
+        return element("p", "Within half a percent the sensor reads the peak that acts at the contact.")
+    word = "low" if worst < 0 else "high"
+    return element(
+        "p",
+        f"In the corrected model the sensor reads the peak up to {100 * abs(worst):.1f} % too {word}: compare models"
+        " with data by the sensed force, and judge safety by the contact force.",
+    )

@@ -1,0 +1,150 @@
+"""The page as text: what it holds, and that nothing of a data set is taken for HTML."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.document import document
+from acf_jax.report import sentence, write_report
+from acf_jax.report.discrepancy import along
+from acf_jax.report.markup import formula
+from acf_jax.report.words import VERDICTS, headed, listed, percent, si
+
+
+class Page(HTMLParser):
+    """Elements and visible text of a page, and its figures."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.text, self.figures = "", {}
+        self._data = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        tag, attributes = self.elements[-1] if self.elements else ("", {})
+        if tag == "script" and attributes.get("type") == "application/json":
+            self.figures[attributes["id"]] = json.loads(data)
+        elif self.cdata_elem is None:
+            self.text += data
+
+
+def read(diagnosis: Diagnosis, folder: Path) -> Page:
+    path = folder / "report.html"
+    write_report(path, diagnosis, document(diagnosis))
+    return Page(path.read_text("utf-8"))
+
+
+def test_holds_what_an_engineer_asks_for(diagnosed: Diagnosis, tmp_path: Path) -> None:
+    page = read(diagnosed, tmp_path)
+    titles = {"overlay", "map", "component", "evidence", "force-error", "peak-error", "peaks"}
+    assert {name.removesuffix("-data") for name in page.figures} == titles
+    kept = len(diagnosed.observations.names)
+    assert len(page.figures["overlay-data"]["variants"]) == kept + len(diagnosed.excluded)
+    for name in document(diagnosed)["parameters"]:
+        assert name in page.text
+    levels = [int(tag[1]) for tag, _ in page.elements if re.fullmatch("h[1-6]", tag)]
+    assert levels[0] == 1 and all(b - a <= 1 for a, b in pairwise(levels))
+
+
+def test_needs_no_other_file_and_no_network(diagnosed: Diagnosis, tmp_path: Path) -> None:
+    page = read(diagnosed, tmp_path)
+    for tag, attributes in page.elements:
+        assert tag not in ("link", "iframe", "img")
+        assert "src" not in attributes
+        assert (attributes.get("href") or "#").startswith("#")
+    policy = next(a["content"] for t, a in page.elements if a.get("http-equiv") == "Content-Security-Policy")
+    assert (
+        "default-src 'none'" in policy and "unsafe-inline" not in policy.split("script-src")[1].split(";")[0]
+    )
+
+
+@pytest.mark.parametrize("case", ["diagnosed", "unknown", "peaks_only"])
+def test_texts_of_the_data_set_stay_texts(case: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    page = read(request.getfixturevalue(case), tmp_path)
+    assert not any(name.startswith("on") for _, attributes in page.elements for name in attributes)
+    scripts = [a for tag, a in page.elements if tag == "script" and a.get("type") != "application/json"]
+    assert len(scripts) == 2
+    assert "a <b>rig</b> </script><img src=x onerror=" in page.text
+    assert not any(tag == "b" for tag, _ in page.elements)
+    drawn = json.dumps([v["data"] for f in page.figures.values() for v in f["variants"]])
+    assert "<img" not in drawn  # Plotly reads some HTML
+
+
+@pytest.mark.parametrize("case", ["diagnosed", "unknown", "peaks_only"])
+def test_figures_are_plotly_figures(case: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    page = read(request.getfixturevalue(case), tmp_path)
+    for figure in page.figures.values():
+        plain = json.loads(re.sub(r'"--[a-z0-9-]+"', '"#123456"', json.dumps(figure)))
+        for variant in plain["variants"]:
+            go.Figure(variant["data"], {**plain["layout"], **variant["layout"]})
+
+
+def test_colours_of_the_figures_are_those_of_the_style_sheet(unknown: Diagnosis, tmp_path: Path) -> None:
+    page = read(unknown, tmp_path)
+    used = set(re.findall(r'"(--[a-z0-9-]+)"', json.dumps(page.figures)))
+    text = (tmp_path / "report.html").read_text("utf-8")
+    light, dark = (
+        re.search(r":root \{(.*?)\}", text, re.S),
+        re.search(r"dark\) \{\s*:root \{(.*?)\}", text, re.S),
+    )
+    assert light and dark
+    for sheet in (light[1], dark[1]):
+        assert used <= set(re.findall(r"(--[a-z0-9-]+):", sheet))
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_each_verdict_has_its_sentence(verdict: str, diagnosed: Diagnosis, tmp_path: Path) -> None:
+    d = replace(diagnosed, verdict=verdict)
+    assert VERDICTS[verdict][0].split()[0] in sentence(d)
+    assert VERDICTS[verdict][0] in read(d, tmp_path).text
+
+
+def test_peaks_alone_are_told_what_to_measure(peaks_only: Diagnosis, tmp_path: Path) -> None:
+    page = read(peaks_only, tmp_path)
+    assert "overlay-data" not in page.figures and "force-error-data" not in page.figures
+    assert "Record force traces" in page.text
+
+
+def test_an_unknown_cause_is_drawn_along_the_impacts(unknown: Diagnosis, tmp_path: Path) -> None:
+    figure = read(unknown, tmp_path).figures["unknown-data"]
+    assert [v["layout"]["xaxis"]["title"]["text"].split(" / ")[0] for v in figure["variants"]] == [
+        "stroke",
+        "speed of the flange",
+        "time",
+    ]
+    assert all(len(v["data"]) > 1 for v in figure["variants"])
+
+
+def test_the_drawn_impact_obeys_the_contact_law(unknown: Diagnosis) -> None:
+    """At the actuator an unknown cause leaves F_C = k_C s + F_P as it is: the drawing keeps to it within 1 %."""
+    o, fitted = unknown.observations, unknown.corrected
+    (course,) = along(fitted, o.v_e[:1], o.f_p[:1], np.array([o.time[0].max()]))
+    law = fitted.theta[3] * 1e-3 * course.compression + o.f_p[0]
+    assert course.force.max() > 1.1 * course.force[0]
+    np.testing.assert_allclose(course.force, law, atol=1e-2 * course.force.max())
+
+
+def test_numbers_in_words() -> None:
+    assert percent(0.9996) == "> 99 %" and percent(1e-9) == "< 1 %" and percent(0.5) == "50 %"
+    assert percent(-0.26) == "−26 %" and percent(0.031, signed=True) == "+3 %" and percent(None) == "–"
+    assert (
+        si(-540.0, 2) == "−540"
+        and si(217634.0) == "217\u202f600"
+        and si(2.5e-7, 2, "N s/m") == ("2.5·10⁻⁷\u00a0N\u00a0s/m")
+    )
+    assert listed(["a", "b", "c"], "or") == "a, b or c" and listed([]) == ""
+    assert headed("k_1 / k_C") == "k_1 / k_C" and headed("mass") == "Mass"
+    assert formula("omega_s^2 < k_C") == "ω<sub>s</sub><sup>2</sup> &lt; k<sub>C</sub>"
+    assert formula("moving_mass_kg") == "moving_mass_kg"
