@@ -9,7 +9,7 @@ from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.diagnosis.separate import BAYES_ERROR
 from acf_jax.diagnosis.space import parameters
-from acf_jax.report.markup import Html, bullets, details, element, join, table
+from acf_jax.report.markup import Html, bullets, details, element, formula, join, table
 from acf_jax.report.plot import Variant, axis, plot, series
 from acf_jax.report.words import headed, likelihood, listed, name_of, percent, si
 
@@ -72,7 +72,7 @@ def tried(diagnosis: Diagnosis) -> Html:
             headed(name_of(f.explanation)),
             percent(p, 1),
             f"{f.chi2.sum() / n:.3g}",
-            f"{2 * f.objective:.4g}",
+            si(2 * f.objective),
             _sizes(f),
         )
         for f, p in sorted(zip(d.fits, d.probability, strict=True), key=lambda item: -item[1])
@@ -97,7 +97,7 @@ def _sizes(fitted: Fit) -> Html:
         for (name, p), value, bound in zip(known, fitted.theta, np.asarray(fitted.at_bound), strict=False)
         if "." in name
     ]
-    return join(element("div", line) for line in own)
+    return join(element("div", formula(line)) for line in own)
 
 
 def _wrapped(name: str) -> str:

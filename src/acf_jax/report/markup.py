@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 GREEK = {"beta": "β", "chi": "χ", "omega": "ω", "sigma": "σ", "tau": "τ", "zeta": "ζ"}
-UNIT = re.compile(r"(?<=\d) (?=(%|N|m/s|ms|Hz)(?!\w))")  # the space that must not break a line
+UNIT = re.compile(r"(?<=\d) (?=(%|N|m/s|ms|Hz|σ)(?!\w))")  # the space that must not break a line
 
 
 class Html(str):

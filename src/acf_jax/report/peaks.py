@@ -6,7 +6,7 @@ from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.outlook import Curves, Outlook
 from acf_jax.report.plot import CONTACT, LINES, Variant, axis, plain, plot, series
-from acf_jax.report.words import condition
+from acf_jax.report.words import condition, percent
 
 
 def over_velocity(diagnosis: Diagnosis, look: Outlook) -> Html:
@@ -87,7 +87,7 @@ def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
                 f"{measured[here].mean():.1f} N" + (f" (mean of {len(here)})" if len(here) > 1 else ""),
                 f"{at.peak_force:.1f} ± {at.peak_force_std:.1f} N",
                 f"{at.contact_peak_force:.1f} ± {at.contact_peak_force_std:.1f} N",
-                f"{100 * (at.peak_force / at.contact_peak_force - 1):+.1f} %".replace("-", "−"),
+                percent(round(at.peak_force / at.contact_peak_force - 1, 3) + 0.0, 1, signed=True),
                 f"{1e3 * at.peak_time:.2f} ms",
             )
         )

@@ -123,7 +123,7 @@ def _milliseconds(seconds: float) -> str:
 
 
 def _or_none(value: float | None, show: Callable[[float], str]) -> str:
-    return "–" if value is None else show(value).replace("-", "−")
+    return "–" if value is None else show(value + 0.0).replace("-", "−")
 
 
 def _range(values: list[float], unit: str) -> str:
