@@ -71,7 +71,7 @@ def test_error_probability_against_sampling() -> None:
 
 class _Fit:
     def __init__(self, explanation: tuple[str, ...], objective: float):
-        self.explanation, self.objective = explanation, objective
+        self.explanation, self.objective, self.u = explanation, objective, np.zeros(4)
 
 
 def test_probabilities_follow_the_evidence_and_are_never_certain() -> None:

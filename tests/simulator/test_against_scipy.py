@@ -83,7 +83,7 @@ def end_stop(sigma, sigma_o):
 
 
 def contact_damping(c, chi):
-    return Truth(contact=lambda t, s, s_dot, y: K_C * s + F_P + (c + chi * max(s, 0)) * s_dot)
+    return Truth(contact=lambda t, s, s_dot, y: K_C * s + F_P + (c + chi * max(s + F_P / K_C, 0)) * s_dot)
 
 
 def contact_hardening(excess, gain):

@@ -11,6 +11,7 @@ from acf_jax.diagnosis import candidates, separate
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.observe import Observations, observe
+from acf_jax.diagnosis.peaks import same_peaks
 from acf_jax.diagnosis.score import (
     UNKNOWN,
     Scored,
@@ -110,7 +111,8 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
     detectability = tuple(separate.detectability(observations, recalibrated))
     leader = fits[0] if scored[0].explanation in ((), UNKNOWN) else corrected
     pairs = separate.confusable(observations, leader, _rivals(fits, leader)) if leader.explanation else []
-    verdict = _verdict(scored, credible, pairs, detectability, observations)
+    harmless = same_peaks(observations, recalibrated, [f for f in fits if f.explanation in credible])
+    verdict = _verdict(scored, credible, pairs, detectability, observations, harmless)
     no_gap = verdict == "no_gap"
     floor = _floor(observations, held["corrected"])
     return Diagnosis(
@@ -212,13 +214,18 @@ def _verdict(
     pairs: Sequence[separate.Pair],
     detectability: Sequence[separate.Detectability],
     observations: Observations,
+    harmless: bool,
 ) -> str:
     first = scored[0].explanation
     blind = sum(d.distance_at_typical < DETECTABLE for d in detectability) > len(detectability) / 2
-    if observations.peak_only.all() or (blind and first == ()) or len(credible) >= TOO_MANY:
+    if observations.peak_only.all() or (blind and first == ()):
+        return "insufficient_data"
+    if first == () and harmless and UNKNOWN not in credible:
+        return "no_gap"
+    if len(credible) >= TOO_MANY:
         return "insufficient_data"
     if first == ():
-        return "no_gap" if len(credible) == 1 or scored[0].probability > 0.5 else "ambiguous"
+        return "ambiguous"
     if first == UNKNOWN:
         return "unknown"
     same = {first} | {p.effects[1] for p in pairs}

@@ -7,11 +7,12 @@ import numpy as np
 
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.ports import ports
-from acf_jax.diagnosis.space import Explanation, component_of
+from acf_jax.diagnosis.space import RIG, Explanation, component_of
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
 NOISE_MARGIN = 1.1  # chi-square of a sample that the noise may have at most
+PRIOR_FREEDOM = 8.0  # degrees of freedom of the Student prior of the rig's parameters
 HIGHEST = 0.995  # no probability is stated higher: a world outside these models always remains
 
 
@@ -23,14 +24,15 @@ class Weights:
     half chi-square x/2 that an explanation leaves above the best one counts as
     nu/2 log(1 + x / (nu + rho^2 G)), G the chi-square of the whole gap: the likelihood itself for a small gap, and
     for a large one about nu/2 for each factor of e by which it fits worse than form errors of the relative size rho.
+    What the rig's own parameters had to leave their priors counts in full, under a Student prior with heavy tails.
     """
 
-    nu: float = 28.0  # how many independent pieces a misfit of form has
-    rho_squared: float = 0.05  # the share of the gap that a wrong form leaves
-    effect: float = 3.2  # cost of one effect, in log probability
-    second: float = 7.0  # cost of each further one
-    port: float = 8.5  # cost of the free discrepancy at a port
-    nameless: float = 8.5  # cost of a cause that neither the library nor the ports can imitate
+    nu: float = 40.0  # how many independent pieces a misfit of form has
+    rho_squared: float = 0.03  # the share of the gap that a wrong form leaves
+    effect: float = 4.8  # cost of one effect, in log probability
+    second: float = 6.0  # cost of each further one
+    port: float = 11.0  # cost of the free discrepancy at a port
+    nameless: float = 16.0  # cost of a cause that neither the library nor the ports can imitate
 
 
 WEIGHTS = Weights()
@@ -65,10 +67,13 @@ def log_scores(fits: Sequence[Fit], samples: int, weights: Weights = WEIGHTS) ->
     within five percent, and chi-square scatters.
     """
     noise = samples * (NOISE_MARGIN + 3 * np.sqrt(2 / samples))
-    chi2 = np.append(2 * np.array([f.objective for f in fits]), noise)
+    rig = np.array([f.u[: len(RIG)] ** 2 for f in fits])
+    chi2 = np.append(2 * np.array([f.objective for f in fits]) - rig.sum(1), noise)
     excess, gap = chi2 - chi2.min(), chi2[0] - chi2.min()
     evidence = 0.5 * weights.nu * np.log1p(excess / (weights.nu + weights.rho_squared * gap))
-    return -evidence - np.array([*(cost(f.explanation, weights) for f in fits), weights.nameless])
+    strained = 0.5 * PRIOR_FREEDOM * np.log1p(rig / PRIOR_FREEDOM).sum(1)
+    costs = [cost(f.explanation, weights) for f in fits]
+    return -evidence - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 
 
 def probabilities(fits: Sequence[Fit], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:

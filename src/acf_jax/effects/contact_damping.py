@@ -4,10 +4,11 @@ from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, strength
 
 
 class ContactDamping(AbstractEffect):
-    """The pad dissipates: F_C = F_el + (c + chi s) s', F_el = k_C s + F_C(0).
+    """The pad dissipates: F_C = F_el + (c + chi F_el / k_C) s', F_el = k_C s + F_C(0).
 
     chi = 0 is Kelvin-Voigt, c = 0 Hunt-Crossley with chi in N s/m^2 ('Coefficient of restitution interpreted as
-    damping in vibroimpact', J. Appl. Mech. 42, 1975), whose dissipation starts at zero compression.
+    damping in vibroimpact', J. Appl. Mech. 42, 1975): dissipation in proportion to the whole compression, that of the
+    pretension included.
     """
 
     component = "contact"
@@ -19,5 +20,5 @@ class ContactDamping(AbstractEffect):
     )
 
     def contact_force(self, motion: Motion, own: Scalar) -> Scalar:
-        chi_s = self.hunt_crossley_n_s_per_m2 * jnp.maximum(motion.s, 0.0)
-        return (self.damping_n_s_per_m + chi_s) * motion.s_dot
+        compression = jnp.maximum(motion.s + motion.f_0 / motion.rig.k_c, 0.0)
+        return (self.damping_n_s_per_m + self.hunt_crossley_n_s_per_m2 * compression) * motion.s_dot
