@@ -17,6 +17,7 @@ from acf_jax.diagnosis.score import (
     Scored,
     components,
     credible_set,
+    doubt,
     explanations,
     is_port,
     probabilities,
@@ -107,11 +108,19 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
     held = {"nominal": try_on(nominal, refit=False), "recalibrated": try_on(recalibrated)}
     held["corrected"] = held["recalibrated"] if corrected is recalibrated else try_on(corrected)
 
+    shrinkage = force_shrinkage(observations, held["recalibrated"], held["corrected"], seed)
+    if shrinkage and _clear_gap(observations, held["recalibrated"]):
+        scored = doubt(scored, shrinkage.value)
+        credible = credible_set(scored)
+        if (again := _corrected(fits, probability, scored[0].explanation)) is not corrected:
+            corrected, held["corrected"] = again, try_on(again)
+            shrinkage = force_shrinkage(observations, held["recalibrated"], held["corrected"], seed)
+
     progress("asking what these trials can tell apart")
     detectability = tuple(separate.detectability(observations, recalibrated))
     leader = fits[0] if scored[0].explanation in ((), UNKNOWN) else corrected
     pairs = separate.confusable(observations, leader, _rivals(fits, leader)) if leader.explanation else []
-    harmless = same_peaks(observations, recalibrated, [f for f in fits if f.explanation in credible])
+    harmless = same_peaks(observations, recalibrated, [f for f in fits if _stands(f, credible)])
     verdict = _verdict(scored, credible, pairs, detectability, observations, harmless)
     no_gap = verdict == "no_gap"
     floor = _floor(observations, held["corrected"])
@@ -129,9 +138,7 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
         gap_map=gap_map(observations, recalibrated, held["recalibrated"]),
         gap={name: figures(observations, value) for name, value in held.items()},
         noise_floor_rms_n=floor,
-        shrinkage_force=None
-        if no_gap
-        else force_shrinkage(observations, held["recalibrated"], held["corrected"], seed),
+        shrinkage_force=None if no_gap else shrinkage,
         shrinkage_peak=None
         if no_gap
         else peak_shrinkage(held["recalibrated"], held["corrected"], observations.condition, seed),
@@ -197,7 +204,7 @@ def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation)
 
 def _unfitted(observations: Observations) -> Fit:
     """The paper's model at the rig's prior values."""
-    return fit(observations, (), np.append(observations.prior.values, 0.0), iterations=0)
+    return fit(observations, (), np.append(observations.prior.values, 0.0), warm=True, iterations=0)
 
 
 def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:
@@ -220,7 +227,7 @@ def _verdict(
     blind = sum(d.distance_at_typical < DETECTABLE for d in detectability) > len(detectability) / 2
     if observations.peak_only.all() or (blind and first == ()):
         return "insufficient_data"
-    if first == () and harmless and UNKNOWN not in credible:
+    if first == () and harmless:
         return "no_gap"
     if len(credible) >= TOO_MANY:
         return "insufficient_data"
@@ -230,6 +237,17 @@ def _verdict(
         return "unknown"
     same = {first} | {p.effects[1] for p in pairs}
     return "identified" if set(credible) <= same else "ambiguous"
+
+
+def _stands(fitted: Fit, credible: Sequence[Explanation]) -> bool:
+    """Whether a fit belongs to an explanation of the credible set."""
+    return (UNKNOWN if is_port(fitted.explanation) else fitted.explanation) in credible
+
+
+def _clear_gap(observations: Observations, held: HeldOut) -> bool:
+    """Whether the recalibrated model misses by more than what no model could predict."""
+    used = observations.used & ~observations.peak_only[:, None]
+    return bool((held.residual[used] ** 2).mean() > 2 * held.floor[used].mean())
 
 
 def _measured_peaks(dataset: GapDataset, quality: Quality, observations: Observations) -> np.ndarray:

@@ -60,8 +60,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def fitted_parameters(fitted: Fit) -> dict[str, Any]:
     """Value, standard deviation and unit of each physical parameter."""
-    slope = fitted.coordinates.slope(fitted.u)
-    std = np.abs(slope) * np.sqrt(np.diag(np.linalg.inv(fitted.hessian)))
+    std = np.sqrt(np.diag(fitted.covariance))
     return {
         name: {
             "value": _round(value, 8),

@@ -39,6 +39,14 @@ class Fit:
         return self.coordinates.value(self.u)
 
     @property
+    def covariance(self) -> np.ndarray:
+        """(p, p) of the parameters in SI units, widened by the misfit that the noise does not explain."""
+        slope = self.coordinates.slope(self.u)
+        samples = int((self.linear.residual != 0).sum())
+        misfit = max(1.0, float((self.linear.residual**2).sum()) / max(samples, 1))
+        return np.asarray(misfit * slope[:, None] * np.linalg.inv(self.hessian) * slope)
+
+    @property
     def at_bound(self) -> np.ndarray:
         """(p,) whether a parameter ended at its bound."""
         return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
@@ -259,6 +267,9 @@ def fit(
             calmer, small, grid = 1.0, 0, grid._replace(pull=0.0)
             linear = linearise(observations, explanation, at, u, own, grid)
         inflation = calmer
+    if grid.pull:
+        grid = grid._replace(pull=0.0)
+        linear = linearise(observations, explanation, at, u, own, grid)
     objective = _objective(linear, u, own)
     hessian = _normal_equations(linear, u, own, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
     chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)

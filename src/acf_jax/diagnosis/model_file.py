@@ -53,8 +53,7 @@ class GapModel(BaseModel):
 def variant(fitted: Fit, probability: float) -> Variant:
     """A fit as it is written."""
     count = len(fitted.theta) - 1  # the delay of the triggers belongs to the recording, not to the rig
-    slope = fitted.coordinates.slope(fitted.u)
-    covariance = (slope[:, None] * np.linalg.inv(fitted.hessian) * slope)[:count, :count]
+    covariance = fitted.covariance[:count, :count]
     return Variant(
         effects=fitted.explanation,
         probability=min(max(probability, 0.0), 1.0),

@@ -17,8 +17,7 @@ def peaks_of(observations: Observations, fitted: Fit) -> tuple[np.ndarray, np.nd
     o = observations
     theta = fitted.theta[:-1]
     forces = forward(fitted.explanation, theta, o.v_e, o.f_p, fitted.grid)
-    slope = fitted.coordinates.slope(fitted.u)
-    covariance = (slope[:, None] * np.linalg.inv(fitted.hessian) * slope)[:-1, :-1]
+    covariance = fitted.covariance[:-1, :-1]
     p = len(theta)
     peaks, stds = np.zeros(len(o.names)), np.zeros(len(o.names))
     for i in range(len(o.names)):

@@ -12,6 +12,8 @@ from acf_jax.diagnosis.space import RIG, Explanation, component_of
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
 NOISE_MARGIN = 1.1  # chi-square of a sample that the noise may have at most
+SAMPLES_A_PIECE = 10.0  # samples that count as one piece where there are few
+CONVINCING = 0.4  # shrinkage on unseen conditions below which an explanation is doubted
 PRIOR_FREEDOM = 8.0  # degrees of freedom of the Student prior of the rig's parameters
 HIGHEST = 0.995  # no probability is stated higher: a world outside these models always remains
 
@@ -30,7 +32,7 @@ class Weights:
     nu: float = 40.0  # how many independent pieces a misfit of form has
     rho_squared: float = 0.03  # the share of the gap that a wrong form leaves
     effect: float = 4.8  # cost of one effect, in log probability
-    second: float = 6.0  # cost of each further one
+    second: float = 8.5  # cost of each further one
     port: float = 11.0  # cost of the free discrepancy at a port
     nameless: float = 16.0  # cost of a cause that neither the library nor the ports can imitate
 
@@ -70,7 +72,8 @@ def log_scores(fits: Sequence[Fit], samples: int, weights: Weights = WEIGHTS) ->
     rig = np.array([f.u[: len(RIG)] ** 2 for f in fits])
     chi2 = np.append(2 * np.array([f.objective for f in fits]) - rig.sum(1), noise)
     excess, gap = chi2 - chi2.min(), chi2[0] - chi2.min()
-    evidence = 0.5 * weights.nu * np.log1p(excess / (weights.nu + weights.rho_squared * gap))
+    nu = min(weights.nu, samples / SAMPLES_A_PIECE)
+    evidence = 0.5 * nu * np.log1p(excess / (nu + weights.rho_squared * gap))
     strained = 0.5 * PRIOR_FREEDOM * np.log1p(rig / PRIOR_FREEDOM).sum(1)
     costs = [cost(f.explanation, weights) for f in fits]
     return -evidence - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
@@ -112,6 +115,21 @@ def credible_set(scored: Sequence[Scored]) -> list[Explanation]:
         if total >= CREDIBLE:
             break
     return chosen
+
+
+def doubt(scored: Sequence[Scored], shrinkage: float) -> list[Scored]:
+    """The explanations after a look at unseen conditions: what does not shrink a clear gap there is not its cause.
+
+    Of the leading explanation's probability the share that its shrinkage falls short of `CONVINCING` goes to `unknown`.
+    """
+    first = scored[0]
+    kept = min(1.0, max(0.0, shrinkage / CONVINCING))
+    if first.explanation in ((), UNKNOWN) or kept == 1.0:
+        return list(scored)
+    total = {s.explanation: s.probability for s in scored}
+    total[first.explanation] *= kept
+    total[UNKNOWN] = total.get(UNKNOWN, 0.0) + first.probability - total[first.explanation]
+    return [Scored(e, p) for e, p in sorted(total.items(), key=lambda item: (-item[1], item[0]))]
 
 
 def components(fits: Sequence[Fit], probability: np.ndarray) -> dict[str, float]:

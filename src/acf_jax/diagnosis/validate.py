@@ -10,6 +10,10 @@ from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
 
 RESAMPLES = 2000  # of the bootstrap over conditions
+DRAWS = 64  # of noise, for the expected largest reading
+EXTRAPOLATION = (
+    2.0  # unseen conditions lie further out than those left out one by one: intervals are as much wider
+)
 LEAST_WIDTH = 0.01  # of an interval of the shrinkage, to each side
 
 
@@ -19,7 +23,7 @@ class HeldOut:
 
     residual: np.ndarray  # (trials, n) N, measured minus predicted, zero where unused
     floor: np.ndarray  # (trials, n) N^2, variance that no model can predict: noise and trial-to-trial spread
-    peak: np.ndarray  # (trials,) N, predicted peak of the sensed force
+    peak: np.ndarray  # (trials,) N, largest reading as predicted, what noise adds to it included
     measured_peak: np.ndarray  # (trials,) N
 
 
@@ -53,10 +57,19 @@ def hold_out(
         scatter = np.einsum("ian,a->in", linear.spread**2, spread_of(scattered))
         floor[out] = np.where(left.used, o.noise.std**2 + scatter, 0.0)
         peak[out] = [
-            peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0] for i in range(len(left.names))
+            peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0]
+            if left.peak_only[i]
+            else _largest_reading(linear.predicted[i][left.used[i]], o.noise.std)
+            for i in range(len(left.names))
         ]
         done()
     return HeldOut(residual, floor, peak, measured_peak)
+
+
+def _largest_reading(force: np.ndarray, noise_std: float) -> float:
+    """The largest of noisy samples as one expects it: above the largest force by one or two deviations."""
+    noise = noise_std * np.random.default_rng(0).standard_normal((DRAWS, len(force)))
+    return float((force + noise).max(1).mean())
 
 
 def spread_of(fitted: Fit) -> np.ndarray:
@@ -141,4 +154,5 @@ def _bootstrap(condition: np.ndarray, sums: np.ndarray, weight: np.ndarray, seed
     low, high = np.quantile(values, [0.025, 0.975])
     low = min(low, float(value) - LEAST_WIDTH, 1 - float(hidden))
     high = max(high, float(value) + LEAST_WIDTH)
+    low, high = (value + EXTRAPOLATION * (end - value) for end in (low, high))
     return Shrinkage(float(value), (float(low), float(min(high, 1.0))))
