@@ -13,6 +13,7 @@ from acf_jax.worlds import Impact, Rig, distance, draw_setup, find_world
 from acf_jax.worlds.distance import Tangents
 from acf_jax.worlds.scipy_world.plant import Plant
 from acf_jax.worlds.scipy_world.ports import Motion
+from tests.needs import need_module
 
 SCIPY = find_world("scipy")
 WORLDS = [SCIPY, *([find_world("mujoco")] if importlib.util.find_spec("mujoco") else [])]
@@ -109,9 +110,9 @@ def test_any_two_effects_act_together(world):
             assert np.abs(response.sensed[: alone.size] - alone).max() > 0.5, names
 
 
-@pytest.mark.skipif(len(WORLDS) < 2, reason="mujoco is not installed")
 @pytest.mark.parametrize("name", ["gravity", "pad_mass", "sensor_scale", "robot_compliance"])
 def test_engines_agree_where_their_forms_are_the_same(name):
+    need_module("mujoco", 'pip install ".[worlds]"')
     for seed in (1, 2):
         one, other = (
             world.respond(RIG, [world.draw(name, seed, RIG, 0.5)], IMPACT, TIME) for world in WORLDS
