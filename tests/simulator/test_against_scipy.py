@@ -66,11 +66,11 @@ def gravity(f_g):
     return Truth(force=lambda *_: f_g)
 
 
-def force_regulation(hz):
+def force_regulation(hz, valve_hz):
     return Truth(
         force=lambda t, x_dot, f_c, y: -y[0],
-        own=lambda t, s_dot, x_ddot, f_c, y: (2 * pi * hz * (F_P - y[0]),),
-        n_own=1,
+        own=lambda t, s_dot, x_ddot, f_c, y: (2 * pi * hz * (y[1] - y[0]), 2 * pi * valve_hz * (F_P - y[1])),
+        n_own=2,
     )
 
 

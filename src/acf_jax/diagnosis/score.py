@@ -30,11 +30,11 @@ class Weights:
     """
 
     nu: float = 40.0  # how many independent pieces a misfit of form has
-    rho_squared: float = 0.03  # the share of the gap that a wrong form leaves
+    rho_squared: float = 0.05  # the share of the gap that a wrong form leaves
     effect: float = 4.8  # cost of one effect, in log probability
     second: float = 8.5  # cost of each further one
-    port: float = 11.0  # cost of the free discrepancy at a port
-    nameless: float = 16.0  # cost of a cause that neither the library nor the ports can imitate
+    port: float = 13.0  # cost of the free discrepancy at a port
+    nameless: float = 20.0  # cost of a cause that neither the library nor the ports can imitate
 
 
 WEIGHTS = Weights()

@@ -1,23 +1,33 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
 
 
 class ForceRegulation(AbstractEffect):
-    """The pneumatic force control acts within the impact: a force R opposes the pretension, R' = omega_r (F_P - R).
+    """The pneumatic force control acts within the impact: -R on the mass, R' = omega_r (q - R), q' = omega_v (F_P - q).
 
-    A first-order lag of the pressure loop with bandwidth omega_r / 2 pi; omega_r = 0 is the paper's model, whose
-    control is 'much slower than the force response'.
+    Two lags in series, the pressure in the chamber behind the valve and its line; omega_r = 0 is the paper's model,
+    whose control is 'much slower than the force response'. Beater, 'Pneumatic Drives' (Springer, 2007), ch. 7.
     """
 
     component = "actuator"
     title = "Force regulation"
-    n_own = 1
+    n_own = 2
 
-    bandwidth_hz: Scalar = strength("Hz", 0.0, 200.0, (1.0, 10.0), 10.0, "bandwidth of the force control")
+    bandwidth_hz: Scalar = strength(
+        "Hz", 0.0, 200.0, (1.0, 10.0), 10.0, "bandwidth of the pressure, omega_r / 2 pi"
+    )
+    valve_hz: Scalar = shape("Hz", 5.0, 2000.0, (400.0, 60.0), "bandwidth of valve and line, omega_v / 2 pi")
 
     def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
         return -own[0]
 
     def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        return 2 * jnp.pi * self.bandwidth_hz * (motion.impact.f_p - own)
+        force, command = own
+        return (
+            2
+            * jnp.pi
+            * jnp.stack(
+                [self.bandwidth_hz * (command - force), self.valve_hz * (motion.impact.f_p - command)]
+            )
+        )
