@@ -39,6 +39,7 @@ PARTNERS = 3  # effects that are tried beside each of them
 WORTH_A_SECOND = 9.0  # chi-square that a partner has to promise before the pair is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
 DETECTABLE = 3.0  # whitened distance at which an effect of its typical size counts as detectable
+HOPEFUL = 0.7  # where the interval of the shrinkage reaches it, the explanation is not doubted
 TOO_MANY = 6  # explanations in the credible set: these trials have not answered
 
 Progress = Callable[[str], None]
@@ -109,7 +110,7 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
     held["corrected"] = held["recalibrated"] if corrected is recalibrated else try_on(corrected)
 
     shrinkage = force_shrinkage(observations, held["recalibrated"], held["corrected"], seed)
-    if shrinkage and _clear_gap(observations, held["recalibrated"]):
+    if shrinkage and shrinkage.ci95[1] < HOPEFUL and _clear_gap(observations, held["recalibrated"]):
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
         if (again := _corrected(fits, probability, scored[0].explanation)) is not corrected:

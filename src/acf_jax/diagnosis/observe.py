@@ -106,7 +106,9 @@ def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Ro
     late = interval * round((look.trigger_offset or 0.0) / interval)
     part = slice(look.phase.start, look.phase.stop)
     time, force = trial.trace.time[part] - late, trial.trace.force[part] - offset
-    used = (time > ONSET * interval) & (time < longest)
+    # a late trigger leaves samples of no force behind time 0: comparison begins where force does
+    begin = max(ONSET * interval, look.phase.onset - late - 0.5 * interval)
+    used = (time > begin) & (time < longest)
     return _Row(time[used], force[used], interval, False)
 
 

@@ -10,6 +10,10 @@ from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
 
 RESAMPLES = 2000  # of the bootstrap over conditions
+TIMING, LATEST = (
+    2,
+    3.0,
+)  # the nuisance that is the trigger time, and its farthest, in prior standard deviations
 DRAWS = 64  # of noise, for the expected largest reading
 EXTRAPOLATION = (
     2.0  # unseen conditions lie further out than those left out one by one: intervals are as much wider
@@ -50,11 +54,16 @@ def hold_out(
             kept = o.subset(~out)
             theta = fit(kept, fitted.explanation, theta, fitted.own[~out], warm=True, iterations=12).theta
         u = fitted.coordinates.coordinate(theta)
-        quiet = np.zeros((out.sum(), N_OWN))
-        linear = linearise(left, fitted.explanation, fitted.coordinates, u, quiet, fitted.grid)
+        own = np.zeros((out.sum(), N_OWN))
+        linear = linearise(left, fitted.explanation, fitted.coordinates, u, own, fitted.grid)
+        # when the recording was triggered is no model's business: each trial is shifted to where it fits best
+        timing = linear.by_own[:, TIMING]
+        shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
+        own[:, TIMING] = np.clip(shift, -LATEST, LATEST)
+        linear = linearise(left, fitted.explanation, fitted.coordinates, u, own, fitted.grid)
         forces = forward(fitted.explanation, theta[:-1], left.v_e, left.f_p, fitted.grid)
         residual[out] = np.where(left.used, left.force - linear.predicted, 0.0)
-        scatter = np.einsum("ian,a->in", linear.spread**2, spread_of(scattered))
+        scatter = np.einsum("ian,a->in", linear.spread[:, :TIMING] ** 2, spread_of(scattered)[:TIMING])
         floor[out] = np.where(left.used, o.noise.std**2 + scatter, 0.0)
         peak[out] = [
             peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0]
