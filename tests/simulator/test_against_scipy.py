@@ -86,11 +86,11 @@ def contact_damping(c, chi):
     return Truth(contact=lambda t, s, s_dot, y: K_C * s + F_P + (c + chi * max(s + F_P / K_C, 0)) * s_dot)
 
 
-def contact_hardening(excess, gain):
+def contact_hardening(excess, gain, q):
     n = 1 + excess
     return Truth(
         contact=lambda t, s, *_: (
-            100 * ((F_P / 100) ** (1 / n) + K_C * s / (100 * n)) ** n + gain * K_C * s * abs(s) / 1e-3
+            100 * ((F_P / 100) ** (1 / n) + K_C * s / (100 * n)) ** n + gain * K_C * s * (abs(s) / 1e-3) ** q
         )
     )
 
