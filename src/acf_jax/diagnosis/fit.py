@@ -14,6 +14,7 @@ from acf_jax.diagnosis.space import Coordinates, Explanation, coordinates
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
+SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 
@@ -89,10 +90,19 @@ def rate_at_times(values: np.ndarray, times: np.ndarray, h: float) -> np.ndarray
     return slope / h
 
 
+def phase_end(sensed: np.ndarray, contact: np.ndarray) -> int:
+    """Number of samples of the impact phase: until contact is lost and the sensor, which may lag, has seen it."""
+    lost = np.flatnonzero(contact[1:] <= 0)
+    if not lost.size:
+        return len(sensed)
+    after = int(lost[0]) + 2
+    seen = np.flatnonzero(sensed[after - 1 :] <= SEEN * sensed.max())
+    return after + int(seen[0]) if seen.size else len(sensed)
+
+
 def peak_of(sensed: np.ndarray, h: float, contact: np.ndarray) -> tuple[float, float]:
     """Largest sensed force within the impact phase, refined by a parabola: force in N, time in s."""
-    lost = np.flatnonzero(contact[1:] <= 0)
-    end = int(lost[0]) + 2 if lost.size else len(sensed)
+    end = phase_end(sensed, contact)
     k = int(np.argmax(sensed[:end]))
     if 0 < k < end - 1:
         left, mid, right = sensed[k - 1 : k + 2]

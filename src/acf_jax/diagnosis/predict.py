@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import STEP_PER_RADIAN, at_times, peak_of
+from acf_jax.diagnosis.fit import STEP_PER_RADIAN, at_times, peak_of, phase_end
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
 from acf_jax.diagnosis.model_file import GapModel, Variant
 
@@ -15,7 +15,7 @@ Which = Literal["nominal", "recalibrated", "corrected"]
 
 @dataclass(frozen=True)
 class Prediction:
-    """One impact. Traces run from time 0 until contact is lost, or for 60 ms."""
+    """One impact. Traces run from time 0 until contact is lost and the sensor has seen it, or for 60 ms."""
 
     time: np.ndarray  # (n,) s
     force: np.ndarray  # (n,) N, what the sensor reads
@@ -70,8 +70,7 @@ def _one(
     rate: float,
 ) -> Prediction:
     forces, grid, covariance = runs[0]
-    lost = np.flatnonzero(forces.contact[i, 1:] <= 0)
-    end = min(LONGEST, (lost[0] + 1) * grid.h) if lost.size else LONGEST
+    end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
     force = np.maximum(at_times(forces.sensed[i], time, grid.h), 0.0)
     contact = np.maximum(at_times(forces.contact[i], time, grid.h), 0.0)
