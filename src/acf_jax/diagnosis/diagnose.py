@@ -159,10 +159,11 @@ def _fit_all(observations: Observations, progress: Progress) -> tuple[Fit, list[
     progress("recalibrating the paper's model")
     recalibrated = candidates.fit_nominal(observations)
     progress("fitting every effect")
-    alone = [partial(candidates.fit_single, observations, name) for (name,) in candidates.singles()]
-    fits = candidates.in_parallel(alone)
+    tasks = [partial(candidates.fit_single, observations, name) for (name,) in candidates.singles()]
+    fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
-    library = sorted((f for f in fits if not is_port(f.explanation)), key=lambda f: f.objective)
+    alone = [f for f in fits if not is_port(f.explanation) and np.isfinite(f.objective)]
+    library = sorted(alone, key=lambda f: f.objective)
     wanted: dict[Explanation, tuple[Fit, str]] = {}
     for leader in library[:LEADERS]:
         for name, gain in candidates.partners(observations, leader)[:PARTNERS]:
@@ -171,7 +172,8 @@ def _fit_all(observations: Observations, progress: Progress) -> tuple[Fit, list[
     fits += candidates.in_parallel(
         [partial(candidates.fit_more, observations, f, name) for f, name in wanted.values()]
     )
-    return recalibrated, fits
+    # a simulation that broke down at every start explains nothing
+    return recalibrated, [f for f in fits if np.isfinite(f.objective)]
 
 
 def _outliers(observations: Observations, fitted: Fit) -> dict[str, str]:
