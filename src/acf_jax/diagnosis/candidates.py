@@ -87,21 +87,10 @@ def best(fits: Iterable[Fit]) -> Fit:
     return min(fits, key=lambda f: f.objective)
 
 
-def in_parallel(tasks: Sequence[Callable[[], Fit]], done: Callable[[], None] = lambda: None) -> list[Fit]:
-    """Run fits on all workers, results in the order of the tasks; `done` is called after each."""
-
-    def run(task: Callable[[], Fit]) -> Fit:
-        result = task()
-        done()
-        return result
-
+def in_parallel(tasks: Sequence[Callable[[], Fit]]) -> list[Fit]:
+    """Run fits on all workers, results in the order of the tasks."""
     with ThreadPoolExecutor(WORKERS) as pool:
-        return list(pool.map(run, tasks))
-
-
-def rig_of(fitted: Fit) -> np.ndarray:
-    """The rig's four parameters of a fit, SI units."""
-    return fitted.theta[:4]
+        return list(pool.map(lambda task: task(), tasks))
 
 
 def _blocks(fitted: Fit) -> list[np.ndarray]:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from scipy.stats import norm
 
-from acf_jax.diagnosis.candidates import best, in_parallel, rig_of, signatures
+from acf_jax.diagnosis.candidates import best, in_parallel, signatures
 from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.project import Projector
@@ -45,7 +45,7 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
         guesses = [other.theta]
         if len(other.explanation) == 1:
             guesses += [
-                np.concatenate([rig_of(truth)[:4], s, truth.theta[-1:]])
+                np.concatenate([truth.theta[:4], s, truth.theta[-1:]])
                 for s in starts(other.explanation[0])[:1]
             ]
         return best(fit(ideal, other.explanation, guess, warm=guess is other.theta) for guess in guesses)

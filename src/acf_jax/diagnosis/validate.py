@@ -1,6 +1,5 @@
 """How good a model is on conditions that its fit did not see, and by how much the gap shrinks."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,7 +36,6 @@ def hold_out(
     measured_peak: np.ndarray,
     scattered: Fit,
     refit: bool = True,
-    done: Callable[[], None] = lambda: None,
 ) -> HeldOut:
     """Leave one condition out at a time, refit the rest from the full fit, and predict what was left out.
 
@@ -71,7 +69,6 @@ def hold_out(
             else _largest_reading(linear.predicted[i][left.used[i]], o.noise.std)
             for i in range(len(left.names))
         ]
-        done()
     return HeldOut(residual, floor, peak, measured_peak)
 
 
