@@ -10,12 +10,13 @@ import numpy as np
 
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
 from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations, whiten
+from acf_jax.diagnosis.sample import peak_of, taps
 from acf_jax.diagnosis.space import Coordinates, Explanation, coordinates
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
-SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
+COARSEST = 100.0  # a fit that misses by so much more than noise stops at so much larger a gain
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 
 
@@ -65,54 +66,6 @@ def grid_for(observations: Observations) -> Grid:
     return Grid(h, int(np.ceil(end / h)) + 2)
 
 
-def at_times(values: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
-    """Values (..., steps + 1) on the grid, at `times` (n,), by cubic interpolation."""
-    k = np.clip((times / h).astype(int), 1, values.shape[-1] - 3)
-    a = times / h - k
-    return (
-        values[..., k - 1] * (-a * (a - 1) * (a - 2) / 6)
-        + values[..., k] * ((a + 1) * (a - 1) * (a - 2) / 2)
-        + values[..., k + 1] * (-(a + 1) * a * (a - 2) / 2)
-        + values[..., k + 2] * ((a + 1) * a * (a - 1) / 6)
-    )
-
-
-def rate_at_times(values: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
-    """Time derivative of the same interpolation."""
-    k = np.clip((times / h).astype(int), 1, values.shape[-1] - 3)
-    a = times / h - k
-    slope = (
-        values[..., k - 1] * (-(3 * a**2 - 6 * a + 2) / 6)
-        + values[..., k] * ((3 * a**2 - 4 * a - 1) / 2)
-        + values[..., k + 1] * (-(3 * a**2 - 2 * a - 2) / 2)
-        + values[..., k + 2] * ((3 * a**2 - 1) / 6)
-    )
-    return slope / h
-
-
-def phase_end(sensed: np.ndarray, contact: np.ndarray) -> int:
-    """Number of samples of the impact phase: until contact is lost and the sensor, which may lag, has seen it."""
-    lost = np.flatnonzero(contact[1:] <= 0)
-    if not lost.size:
-        return len(sensed)
-    after = int(lost[0]) + 2
-    seen = np.flatnonzero(sensed[after - 1 :] <= SEEN * sensed.max())
-    return after + int(seen[0]) if seen.size else len(sensed)
-
-
-def peak_of(sensed: np.ndarray, h: float, contact: np.ndarray) -> tuple[float, float]:
-    """Largest sensed force within the impact phase, refined by a parabola: force in N, time in s."""
-    end = phase_end(sensed, contact)
-    k = int(np.argmax(sensed[:end]))
-    if 0 < k < end - 1:
-        left, mid, right = sensed[k - 1 : k + 2]
-        curvature = left - 2 * mid + right
-        if curvature < 0:
-            shift = 0.5 * (left - right) / curvature
-            return float(mid - 0.25 * (left - right) * shift), (k + shift) * h
-    return float(sensed[k]), k * h
-
-
 @dataclass(frozen=True)
 class Linearisation:
     """Whitened residuals and derivatives of every trial at one point."""
@@ -145,25 +98,26 @@ def compare(
     o: Observations, forces: Forces, slope: np.ndarray, delay: np.ndarray, spread: np.ndarray, h: float
 ) -> Linearisation:
     """The simulated forces at the measured times, with derivatives, whitened."""
-    p, n = len(slope) - 1, o.force.shape[1]  # the last parameter is the common delay
-    rows = np.zeros((len(o.names), p + 2 + N_OWN, n))
-    predicted, scatter = np.zeros_like(o.force), np.zeros((len(o.names), N_OWN, n))
-    for i in range(len(o.names)):
+    p = len(slope) - 1  # the last parameter is the common delay
+    rows = np.zeros((len(o.names), p + 2 + N_OWN, o.force.shape[1]))
+    predicted, scatter = np.zeros_like(o.force), np.zeros((len(o.names), N_OWN, o.force.shape[1]))
+    for i, n in enumerate(o.used.sum(1)):
+        times = o.time[i, :n] - delay[i]
         if o.peak_only[i]:
-            times = np.full(n, peak_of(forces.sensed[i], h, forces.contact[i])[1])
-        else:
-            times = np.where(o.used[i], o.time[i] - delay[i], 0.0)
-        predicted[i] = at_times(forces.sensed[i], times, h)
-        rate = rate_at_times(forces.sensed[i], times, h)
-        tangents = at_times(forces.tangents[i], times, h)
-        timing = np.zeros_like(rate) if o.peak_only[i] else -rate
-        rows[i, 0] = o.force[i] - predicted[i]
-        rows[i, 1 : p + 1] = tangents[:p] * slope[:p, None]
-        rows[i, p + 1] = timing * slope[p]
-        rows[i, p + 2 : p + 4] = tangents[p:] * spread[i, :2, None]
-        rows[i, p + 4] = timing * spread[i, 2]
-        scatter[i] = rows[i, p + 2 :]
-        rows[i] = whiten(rows[i], o.time[i], o.used[i], o.noise)
+            times = np.array([peak_of(forces.sensed[i], h, forces.contact[i])[1]])
+        near, weight, rate_weight = taps(times, h, forces.rows.shape[-1])
+        nearby = forces.rows[i][:, near]
+        at = np.einsum("rkn,kn->rn", nearby, weight)
+        predicted[i, :n], tangents = at[0], at[1:]
+        timing = -np.einsum("kn,kn->n", nearby[0], rate_weight) * (not o.peak_only[i])
+        row = rows[i, :, :n]
+        row[0] = o.force[i, :n] - at[0]
+        row[1 : p + 1] = tangents[:p] * slope[:p, None]
+        row[p + 1] = timing * slope[p]
+        row[p + 2 : p + 4] = tangents[p:] * spread[i, :2, None]
+        row[p + 4] = timing * spread[i, 2]
+        scatter[i, :, :n] = row[p + 2 :]
+        row[:] = whiten(row, o.time[i, :n], o.noise)
     return Linearisation(rows[:, 0], rows[:, 1 : p + 2], rows[:, p + 2 :], predicted, scatter)
 
 
@@ -269,7 +223,8 @@ def fit(
             break
         u, own, linear, damping = u + step, own_new, linear_new, max(damping / 5, 1e-8)
         calmer = min(inflation, _inflation(linear, observations.n_used))
-        small = small + 1 if gain * inflation < tolerance * max(1.0, value) else 0
+        coarse = min(COARSEST, max(1.0, 2 * value * inflation / observations.n_used))
+        small = small + 1 if gain < tolerance * coarse * max(1.0, value) else 0
         if small >= 2:
             if inflation == 1.0 and grid.pull == 0.0:
                 break

@@ -31,9 +31,18 @@ class Grid(NamedTuple):
 class Forces(NamedTuple):
     """Forces of every trial on the grid, with derivatives of the sensed one."""
 
-    sensed: np.ndarray  # (trials, steps + 1), N
     contact: np.ndarray  # (trials, steps + 1), N
-    tangents: np.ndarray  # (trials, p + 2, steps + 1), N per unit of each parameter, of v_E and of F_P
+    rows: np.ndarray  # (trials, p + 3, steps + 1): sensed force in N, then its tangents
+
+    @property
+    def sensed(self) -> np.ndarray:
+        """(trials, steps + 1), N."""
+        return self.rows[:, 0]
+
+    @property
+    def tangents(self) -> np.ndarray:
+        """(trials, p + 2, steps + 1), N per unit of each parameter, of v_E and of F_P."""
+        return self.rows[:, 1:]
 
 
 def unpack(explanation: Explanation, theta: Float[Array, " p"]) -> tuple[Rig, list[AbstractEffect]]:
@@ -47,7 +56,7 @@ def unpack(explanation: Explanation, theta: Float[Array, " p"]) -> tuple[Rig, li
 
 
 @functools.cache
-def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array, Array]]:
+def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
     def forces(
         z: Float[Array, " p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
     ) -> tuple[Float[Array, " samples"], Float[Array, " samples"]]:
@@ -57,14 +66,17 @@ def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array, Arra
 
     def trial(
         z: Float[Array, " p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
-    ) -> tuple[Float[Array, " samples"], Float[Array, " samples"], Float[Array, "p+2 samples"]]:
+    ) -> tuple[Float[Array, " samples"], Float[Array, "p+3 samples"]]:
         def along(direction: Float[Array, " p+2"]) -> tuple[Array, Array, Array]:
             (sensed, contact), (tangent, _) = jax.jvp(lambda z: forces(z, h, steps, pull), (z,), (direction,))
             return sensed, contact, tangent
 
-        return jax.vmap(along, out_axes=(None, None, 0))(jnp.eye(z.size))
+        sensed, contact, tangents = jax.vmap(along, out_axes=(None, None, 0))(jnp.eye(z.size))
+        return contact, jnp.concatenate([sensed[None], tangents])
 
-    return jax.jit(jax.vmap(trial, in_axes=(0, None, None, None)))
+    program = jax.vmap(trial, in_axes=(0, None, None, None))
+    # compiling costs more than running: a level below the default compiles faster and runs as fast
+    return jax.jit(program, compiler_options={"xla_backend_optimization_level": 1})
 
 
 def forward(
@@ -79,7 +91,5 @@ def forward(
     n, used = len(v_e), grid.steps + 1
     z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
     padded = z[np.arange(-(-n // BLOCK) * BLOCK) % n]
-    sensed, contact, tangents = _program(explanation)(padded, grid.h, grid.steps, grid.pull)
-    return Forces(
-        np.asarray(sensed)[:n, :used], np.asarray(contact)[:n, :used], np.asarray(tangents)[:n, :, :used]
-    )
+    contact, rows = _program(explanation)(padded, grid.h, grid.steps, grid.pull)
+    return Forces(np.asarray(contact)[:n, :used], np.asarray(rows)[:n, :, :used])

@@ -112,21 +112,18 @@ def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Ro
     return _Row(time[used], force[used], interval, False)
 
 
-def whiten(values: np.ndarray, times: np.ndarray, used: np.ndarray, noise: Noise) -> np.ndarray:
-    """Residuals and derivatives (rows, n) of one trial in units of independent noise; unused samples become zero."""
-    count = int(used.sum())
-    out = np.zeros_like(values)
+def whiten(values: np.ndarray, times: np.ndarray, noise: Noise) -> np.ndarray:
+    """Residuals and derivatives (rows, n) of one trial at `times` (n,), in units of independent noise."""
+    count = len(times)
     if noise.is_white or count < 2:
-        out[:, :count] = values[:, :count] / noise.std
-        return out
-    steps = np.diff(times[:count])
+        return np.asarray(values / noise.std)
+    steps = np.diff(times)
     if np.ptp(steps) < 1e-3 * steps.mean():
         size = -(-count // SHARED_SIZE) * SHARED_SIZE
         factor = _uniform_whitener(noise, float(f"{np.median(steps):.4g}"), size)[:count, :count]
     else:
-        factor = _whitener(noise, times[:count])
-    out[:, :count] = values[:, :count] @ factor.T
-    return out
+        factor = _whitener(noise, times)
+    return np.asarray(values @ factor.T)
 
 
 @functools.lru_cache(maxsize=32)

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit, at_times, peak_of
+from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.sample import at_times, peak_of
 
 
 def peaks_of(observations: Observations, fitted: Fit) -> tuple[np.ndarray, np.ndarray]:

@@ -3,9 +3,10 @@
 import numpy as np
 
 from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
-from acf_jax.diagnosis.fit import STEP_PER_RADIAN, at_times, fit
+from acf_jax.diagnosis.fit import STEP_PER_RADIAN, fit
 from acf_jax.diagnosis.forward import SAMPLES, Grid, forward
 from acf_jax.diagnosis.observe import LONGEST, ONSET, Observations
+from acf_jax.diagnosis.sample import at_times
 from acf_jax.diagnosis.separate import Detectability, detectability
 
 

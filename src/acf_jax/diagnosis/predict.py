@@ -5,9 +5,10 @@ from typing import Literal
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import STEP_PER_RADIAN, at_times, peak_of, phase_end
+from acf_jax.diagnosis.fit import STEP_PER_RADIAN
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
 from acf_jax.diagnosis.model_file import GapModel, Variant
+from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
 
 LONGEST = 0.060  # s, of a predicted trace whose contact is not lost
 Which = Literal["nominal", "recalibrated", "corrected"]

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise, peak_of
+from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
 from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.sample import peak_of
 
 RESAMPLES = 2000  # of the bootstrap over conditions
 TIMING, LATEST = (

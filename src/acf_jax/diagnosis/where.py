@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit, peak_of
+from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.sample import peak_of
 from acf_jax.diagnosis.validate import HeldOut
 
 PHASES = {

@@ -82,9 +82,9 @@ class AbstractEffect(eqx.Module):
         """By how much the contact force starts below F_P (N)."""
         return jnp.asarray(0.0)
 
-    def release_force(self, impact: Impact) -> Scalar:
+    def release_force(self, impact: Impact) -> Scalar | None:
         """The contact force (N) above which the flange starts to move; it is free from the start by default."""
-        return jnp.asarray(-jnp.inf)
+        return None
 
     def contact_force(self, motion: Motion, own: Float[Array, " n_own"]) -> Scalar:
         """Contact force (N) in addition to k_C s + F_P."""

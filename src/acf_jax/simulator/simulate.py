@@ -1,5 +1,6 @@
 """One impact with effects: the classical Runge-Kutta method on a fixed grid, the sensor behind it."""
 
+import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -37,6 +38,7 @@ class _System(NamedTuple):
     effects: tuple[AbstractEffect, ...]
     pull: Scalar
 
+    @jax.jit  # traced once, not at each of the places that call it
     def motion(self, t: Scalar, y: _State) -> Motion:
         """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
         rig, impact = self.rig, self.impact
@@ -51,6 +53,7 @@ class _System(NamedTuple):
         f_c = linear + sum(e.contact_force(motion, q) for e, q in own)
         return motion._replace(f_c=jnp.where(f_c > 0, f_c, self.pull * f_c))
 
+    @jax.jit
     def rates(self, t: Scalar, y: _State, free: Scalar) -> _State:
         """Equation (1) with effects; `free` is the share of the step for which the flange is off its stop."""
         rig, motion = self.rig, self.motion(t, y)
@@ -61,14 +64,15 @@ class _System(NamedTuple):
 
     def free_share(self, t: Scalar, h: Scalar, y: _State) -> Scalar:
         """Share of the step after the contact force has passed the force that releases a held flange."""
-        release = jnp.asarray(-jnp.inf)
-        for e in self.effects:
-            release = jnp.maximum(release, e.release_force(self.impact))
+        holding = [f for e in self.effects if (f := e.release_force(self.impact)) is not None]
+        if not holding:
+            return jnp.asarray(1.0)
+        release = functools.reduce(jnp.maximum, holding)
         held = self.rates(t, y, jnp.asarray(0.0))
         now = self.motion(t, y).f_c
         then = self.motion(t + h, _add(y, held, h)).f_c
         is_held = now < release
-        # where the flange is free `release` is infinite, which reverse mode would turn into NaN
+        # where the flange is free `release` may be infinite, which reverse mode would turn into NaN
         beyond = jnp.where(is_held, then - release, 0.0)
         rising = jnp.where(then > now, then - now, 1.0)
         crossing = jnp.where(beyond < 0, 0.0, beyond / rising)

@@ -1,0 +1,57 @@
+"""Forces between the points of the grid: at measured times, and at their peak."""
+
+import numpy as np
+
+SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
+
+
+def taps(times: np.ndarray, h: float, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cubic interpolation at `times` (n,): indices (4, n) on the grid, weights of the value and of its rate."""
+    k = np.clip((times / h).astype(int), 1, samples - 3)
+    a = times / h - k
+    value = np.stack(
+        [
+            -a * (a - 1) * (a - 2) / 6,
+            (a + 1) * (a - 1) * (a - 2) / 2,
+            -(a + 1) * a * (a - 2) / 2,
+            (a + 1) * a * (a - 1) / 6,
+        ]
+    )
+    rate = np.stack(
+        [
+            -(3 * a**2 - 6 * a + 2) / 6,
+            (3 * a**2 - 4 * a - 1) / 2,
+            -(3 * a**2 - 2 * a - 2) / 2,
+            (3 * a**2 - 1) / 6,
+        ]
+    )
+    return k + np.arange(-1, 3)[:, None], value, rate / h
+
+
+def at_times(values: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
+    """Values (..., samples) on the grid, at `times` (n,), by cubic interpolation."""
+    near, weight, _ = taps(times, h, values.shape[-1])
+    return np.asarray(np.einsum("...kn,kn->...n", values[..., near], weight))
+
+
+def phase_end(sensed: np.ndarray, contact: np.ndarray) -> int:
+    """Number of samples of the impact phase: until contact is lost and the sensor, which may lag, has seen it."""
+    lost = np.flatnonzero(contact[1:] <= 0)
+    if not lost.size:
+        return len(sensed)
+    after = int(lost[0]) + 2
+    seen = np.flatnonzero(sensed[after - 1 :] <= SEEN * sensed.max())
+    return after + int(seen[0]) if seen.size else len(sensed)
+
+
+def peak_of(sensed: np.ndarray, h: float, contact: np.ndarray) -> tuple[float, float]:
+    """Largest sensed force within the impact phase, refined by a parabola: force in N, time in s."""
+    end = phase_end(sensed, contact)
+    k = int(np.argmax(sensed[:end]))
+    if 0 < k < end - 1:
+        left, mid, right = sensed[k - 1 : k + 2]
+        curvature = left - 2 * mid + right
+        if curvature < 0:
+            shift = 0.5 * (left - right) / curvature
+            return float(mid - 0.25 * (left - right) * shift), (k + shift) * h
+    return float(sensed[k]), k * h
