@@ -45,6 +45,8 @@ LAYERS = [
     {"simulator"},
     {"dataset"},
     {"diagnosis"},
+    {"contact"},
+    {"design", "safety"},
     {"report"},
     {"cli"},
 ]

@@ -1,0 +1,144 @@
+"""A design in words and as a document."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from acf_jax.design.remedy import Infeasible
+    from acf_jax.design.solve import Design
+
+GOALS = {
+    "fastest": "Fastest contact",
+    "highest_process_force": "Highest process force",
+    "widest_margin": "Widest margin",
+}
+
+
+def text(found: "Design") -> str:
+    """What a person reads of a design."""
+    task, model = found.task, found.task.model
+    lines = [f"{GOALS[task.goal]} within {task.limit:g} N:"]
+    for i, low, high in zip(task.free, task.low, task.high, strict=True):
+        value = found.z[i]
+        end = (
+            " (low end of its range)" if value == low else " (high end of its range)" if value == high else ""
+        )
+        is_goal = task.coordinate is not None and task.free[task.coordinate] == i
+        shown = _down(value) if is_goal and not end else _round(value)
+        lines.append(f"  {model.names[i]:8} {shown} {model.units[i]}{end}")
+    lines += [
+        f"peak contact force: {found.force:.1f} N expected, {found.upper:.1f} N not exceeded with a probability of"
+        f" {task.probability:g}",
+        f"  ({found.probability:.4f} of {found.draws:,} fresh draws hold the limit)",
+    ]
+    if found.goal_per_newton is not None:
+        name = "v_e" if task.goal == "fastest" else "f_p"
+        unit = model.units[model.names.index(name)]
+        lines.append(f"one newton more of limit is worth {found.goal_per_newton:.2g} {unit} of {name}")
+    elif task.goal != "widest_margin" and not found.at_limit:
+        lines.append("the limit is not reached within the ranges: widen them to gain more")
+    width = max(len(row.name) for row in found.sensitivities)
+    lines += ["", f"{'what costs newtons':{width}}      value  uncertain by   N per 1 %   N of margin"]
+    for row in found.sensitivities:
+        lines.append(
+            f"{row.name:{width}} {row.value:10.4g}  {row.std:12.3g}  {row.per_percent:10.3f}  {row.margin:12.3f}"
+        )
+    lines += ["", f"search: {_search(found)}"]
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines)
+
+
+def _search(found: "Design") -> str:
+    s = found.search
+    scan = f"of {found.scanned:,} more points over the ranges, {found.better} are allowed and better"
+    if s.starts == 1:
+        return f"the limit's first crossing, to the last digit; {scan}"
+    return f"{s.reached} of {s.starts} starts end at this goal, none at a better one; {scan}"
+
+
+def explanation(found: "Infeasible") -> str:
+    """Why there is no design, and what would make one."""
+    task, model = found.task, found.task.model
+    at = ", ".join(f"{model.names[i]} = {_round(found.z[i])} {model.units[i]}" for i in task.free)
+    lines = [
+        f"Not feasible: no point of the ranges meets {task.limit:g} N with a probability of {task.probability:g}."
+    ]
+    if not found.has_peak:
+        lines.append(
+            "  Everywhere the force keeps rising without a first peak: the model has no answer there."
+        )
+    lines += [
+        f"  Least loaded at {at}: {found.force:.1f} N expected, {found.upper:.1f} N not exceeded"
+        f" (the limit holds with a probability of {found.probability:.3f}).",
+        "Any one of these would do there:" if found.remedies else "No single change would do.",
+    ]
+    for r in found.remedies:
+        way, value = ("raise", _up(r.needed)) if r.needed > r.now else ("lower", _down(r.needed))
+        lines.append(f"  {way} {r.name} from {_round(r.now)} to {value} {r.unit}")
+    return "\n".join(lines)
+
+
+def document(found: "Design") -> dict[str, Any]:
+    """A design for programs."""
+    task, model = found.task, found.task.model
+    return {
+        "schema": "acf-design/1",
+        "feasible": True,
+        "model": model.source,
+        "goal": task.goal,
+        "limit_n": task.limit,
+        "probability": task.probability,
+        "optimum": {model.names[i]: float(found.z[i]) for i in task.free},
+        "all_values": {name: float(value) for name, value in zip(model.names, found.z, strict=True)},
+        "force_n": found.force,
+        "force_not_exceeded_n": found.upper,
+        "force_std_n": found.std,
+        "probability_among_fresh_draws": found.probability,
+        "draws": found.draws,
+        "goal_per_newton": found.goal_per_newton,
+        "limit_reached": found.at_limit,
+        "sensitivities": [row._asdict() for row in found.sensitivities],
+        "search": {
+            "starts": found.search.starts,
+            "reached": found.search.reached,
+            "without_peak": found.search.without_peak,
+            "scanned": found.scanned,
+            "scanned_better": found.better,
+        },
+        "notes": list(found.notes),
+    }
+
+
+def infeasible_document(found: "Infeasible") -> dict[str, Any]:
+    """Infeasibility for programs."""
+    task, model = found.task, found.task.model
+    return {
+        "schema": "acf-design/1",
+        "feasible": False,
+        "model": model.source,
+        "goal": task.goal,
+        "limit_n": task.limit,
+        "probability": task.probability,
+        "least_loaded": {name: float(value) for name, value in zip(model.names, found.z, strict=True)},
+        "force_n": found.force,
+        "force_not_exceeded_n": found.upper,
+        "probability_there": found.probability,
+        "remedies": [r._asdict() for r in found.remedies],
+    }
+
+
+def _round(value: float) -> str:
+    return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+
+
+def _down(value: float) -> str:
+    """Four digits, rounded so that what is shown still works."""
+    if value == 0:
+        return "0"
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - 3)
+    return _round(math.floor(value / step) * step)
+
+
+def _up(value: float) -> str:
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - 3)
+    return _round(math.ceil(value / step) * step)

@@ -1,0 +1,144 @@
+"""A contact model with its uncertainty: force, upper quantile, and draws of the parameters."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from acf_jax.contact.body import Body
+from acf_jax.contact.peak import RIG, AbstractPeak, ContactPeak
+
+Range = tuple[float, float]
+Scalar = Float[Array, ""]
+
+
+class Variant(eqx.Module):
+    """One explanation: its law, parameters and their covariance."""
+
+    peak: AbstractPeak
+    theta: np.ndarray  # (p,) SI units
+    covariance: np.ndarray  # (p, p)
+    low: np.ndarray  # (p,) what a parameter cannot fall below
+    weight: float = eqx.field(static=True)
+
+
+class ContactModel(eqx.Module):
+    """A law of the peak contact force and what is known of its parameters.
+
+    z = (m, d, k_F, k_C, parameters of effects, v_E, F_P); `names` and `units` are z's.
+    """
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True)
+    main: Variant
+    others: tuple[Variant, ...]  # explanations that stand beside the main one; they share the rig's four
+    relative: np.ndarray  # (p + 2,) standard deviation of z over its value, besides `covariance`
+    form_error: float  # relative standard deviation of a peak: what the law itself misses
+    tried: tuple[Range, Range] | None = eqx.field(static=True)  # v_E and F_P of the trials behind it
+    source: str = eqx.field(static=True)
+
+    def at(self, v_e: float, f_p: float) -> np.ndarray:
+        """z at the parameters' best values."""
+        return np.array([*self.main.theta, v_e, f_p])
+
+    def is_extrapolated(self, z: np.ndarray) -> list[str]:
+        """What of v_E and F_P lies outside the tried range; nothing where no trials are known."""
+        if self.tried is None:
+            return []
+        rows = zip(("v_e", "f_p"), ("m/s", "N"), z[-2:], self.tried, strict=True)
+        return [
+            f"{name} = {value:g} {unit} lies outside the tried {low:g} to {high:g} {unit}"
+            for name, unit, value, (low, high) in rows
+            if not low <= value <= high
+        ]
+
+
+class Spread(NamedTuple):
+    """Where a standard deviation of the peak comes from."""
+
+    std: Scalar  # N
+    gradient: Float[Array, " p"]  # N per unit of z
+    parameters: Float[Array, " p"]  # N^2, share of each entry of z
+    form: Scalar  # N^2
+    explanations: Scalar  # N^2
+
+
+def spread(model: ContactModel, z: Float[Array, " p"], body: Body) -> tuple[ContactPeak, Spread]:
+    """Peak of one sample and its standard deviation, to first order in the parameters.
+
+    sigma^2 = g^T Sigma g + (form error F)^2 + spread between the explanations,  g = dF/dz
+    """
+    main = model.main
+    peak = main.peak(z, body)
+    gradient = jax.jacfwd(lambda z: main.peak(z, body).force)(z)
+    own = jnp.append(jnp.asarray(main.covariance) @ gradient[:-2], jnp.zeros(2))
+    shares = gradient * own + (gradient * jnp.asarray(model.relative) * z) ** 2
+    weights = jnp.array([main.weight, *(v.weight for v in model.others)])
+    forces = jnp.stack([peak.force, *(v.peak(_beside(main, v, z), body).force for v in model.others)])
+    mean = weights @ forces / weights.sum()
+    between = weights @ (forces - mean) ** 2 / weights.sum()
+    form = (model.form_error * peak.force) ** 2
+    variance = shares.sum() + form + between
+    is_spread = variance > 0
+    std = jnp.where(is_spread, jnp.sqrt(jnp.where(is_spread, variance, 1.0)), 0.0)
+    return peak, Spread(std, gradient, shares, form, between)
+
+
+def _beside(main: Variant, other: Variant, z: Array) -> Array:
+    """z of another explanation: a design's change of the rig is added to its own values."""
+    n = len(RIG)
+    rig = jnp.maximum(other.theta[:n] + (z[:n] - main.theta[:n]), other.low[:n])
+    return jnp.concatenate([rig, jnp.asarray(other.theta[n:]), z[-2:]])
+
+
+@eqx.filter_jit
+def _block(peak: AbstractPeak, z: Float[Array, "n p"], body: Body) -> ContactPeak:
+    mapped: ContactPeak = jax.vmap(peak, (0, None))(z, body)
+    return mapped
+
+
+def forces(peak: AbstractPeak, z: np.ndarray, body: Body) -> tuple[np.ndarray, np.ndarray]:
+    """Force in N and existence of the peak of many samples, z of shape (N, p), in blocks of one size."""
+    force, exists = [], []
+    for start in range(0, len(z), peak.block):
+        part = z[start : start + peak.block]
+        padded = part[np.arange(peak.block) % len(part)]
+        found = _block(peak, jnp.asarray(padded), Body(*map(jnp.asarray, body)))
+        force.append(np.asarray(found.force)[: len(part)])
+        exists.append(np.asarray(found.exists)[: len(part)])
+    return np.concatenate(force), np.concatenate(exists)
+
+
+def draw_forces(
+    model: ContactModel, z: np.ndarray, body: Body, draws: int, seed: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces of draws of everything uncertain about z: parameters, explanation, form of the law.
+
+    **Returns:** (draws,) forces in N and whether each has a peak. A parameter that a draw would carry below its least
+    value is put there.
+    """
+    random = np.random.default_rng(seed)
+    variants = (model.main, *model.others)
+    weights = np.array([v.weight for v in variants])
+    counts = random.multinomial(draws, weights / weights.sum())
+    found = []
+    for v, n in zip(variants, counts, strict=True):
+        if not n:
+            continue
+        centre = np.asarray(z if v is model.main else _beside(model.main, v, jnp.asarray(z)))
+        values, vectors = np.linalg.eigh(v.covariance)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        sample = np.tile(centre, (n, 1))
+        sample[:, :-2] += random.standard_normal((n, len(root))) @ root.T
+        # relative deviations are the main law's; another explanation's extra parameters have none
+        relative = np.r_[
+            model.relative[: len(RIG)], np.zeros(len(centre) - len(RIG) - 2), model.relative[-2:]
+        ]
+        sample += random.standard_normal(sample.shape) * relative * centre
+        sample = np.maximum(sample, np.r_[v.low, 0.0, 0.0])
+        found.append(forces(v.peak, sample, body))
+    force, exists = map(np.concatenate, zip(*found, strict=True))
+    return force * (1 + model.form_error * random.standard_normal(draws)), exists

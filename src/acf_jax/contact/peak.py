@@ -1,0 +1,117 @@
+"""How a peak contact force follows from parameters: in closed form, by simulation, or by a surrogate."""
+
+import abc
+from typing import ClassVar, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from acf_jax.contact.body import Body, reduced_mass, series_stiffness
+from acf_jax.contact.recoil import Recoil
+from acf_jax.diagnosis.fit import STEP_PER_RADIAN
+from acf_jax.diagnosis.forward import SAMPLES, unpack
+from acf_jax.diagnosis.predict import LONGEST
+from acf_jax.diagnosis.space import component_of
+from acf_jax.model import Impact, Rig, find_peak
+from acf_jax.simulator import simulate
+from acf_jax.surrogate import Surrogate
+
+RIG = ("m", "d", "k_f", "k_c")
+
+
+class ContactPeak(NamedTuple):
+    """Peak contact force of one impact; where `exists` is False the model knows no peak there."""
+
+    force: Float[Array, "*batch"]  # N
+    exists: Bool[Array, "*batch"]
+
+
+class AbstractPeak(eqx.Module):
+    """The peak contact force of one sample; z holds m, d, k_F, k_C, parameters of effects, v_E and F_P."""
+
+    block: ClassVar[int]  # samples that one compiled program takes
+
+    @abc.abstractmethod
+    def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
+        """Differentiable in forward mode."""
+
+    @abc.abstractmethod
+    def credits_stiffness(self) -> bool:
+        """Whether the body's stiffness is taken in series with the contact's."""
+
+
+class ClosedForm(AbstractPeak):
+    """The paper's model: `find_peak` with the series stiffness and the reduced mass."""
+
+    block = 4096
+
+    def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
+        peak = find_peak(*coupled(z, body))
+        return ContactPeak(peak.f_max, peak.has_peak)
+
+    def credits_stiffness(self) -> bool:
+        return True
+
+
+class Learned(AbstractPeak):
+    """A surrogate of the paper's model, its error bound added to its force; it knows no peak outside its box."""
+
+    surrogate: Surrogate
+    block = 4096
+
+    def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
+        rig, impact = coupled(z, body)
+        force = self.surrogate.force(rig, impact) + self.surrogate.error_bound(rig, impact)
+        return ContactPeak(force, self.surrogate.is_inside(rig, impact))
+
+    def credits_stiffness(self) -> bool:
+        return True
+
+
+class Simulated(AbstractPeak):
+    """The model with effects: the largest contact force until contact is lost, within 60 ms.
+
+    The body's stiffness is in series with k_C where no effect acts at the contact; otherwise it is left out, which
+    makes the contact stiffer and the force higher. The body's recoil is simulated. A force that is largest at
+    the end of the window still rises: it has no peak.
+    """
+
+    effects: tuple[str, ...] = eqx.field(static=True)
+    longest_step: float = eqx.field(static=True)  # s
+    block = 64
+
+    def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
+        rig, effects = unpack(self.effects, z[:-2])
+        if self.credits_stiffness():
+            rig = Rig(rig.m, rig.d, rig.k_f, series_stiffness(rig.k_c, body))
+        stiffest = jnp.sqrt((rig.k_f + rig.k_c) * (1 / rig.m + body.mobility))
+        h = jnp.maximum(jnp.minimum(self.longest_step, STEP_PER_RADIAN / stiffest), LONGEST / (SAMPLES - 4))
+        h = jax.lax.stop_gradient(h)
+        steps = jnp.minimum((LONGEST / h).astype(int) + 3, SAMPLES - 1)
+        recoil = Recoil(jnp.asarray(body.mobility))
+        response = simulate(rig, Impact(z[-2], z[-1]), [*effects, recoil], h, SAMPLES, steps)
+        return _largest(response.contact, steps)
+
+    def credits_stiffness(self) -> bool:
+        return all(component_of(name) != "contact" for name in self.effects)
+
+
+def coupled(z: Float[Array, " p"], body: Body) -> tuple[Rig, Impact]:
+    """Rig and impact of the paper's model against a body."""
+    rig = Rig(reduced_mass(z[0], body), z[1], z[2], series_stiffness(z[3], body))
+    return rig, Impact(z[-2], z[-1])
+
+
+def _largest(force: Float[Array, " samples"], steps: Array) -> ContactPeak:
+    """The largest sample before contact is lost, refined by a parabola."""
+    k = jnp.arange(force.size)
+    lost = (force <= 0) & (k > 0) & (k <= steps)
+    end = jnp.where(lost.any(), jnp.argmax(lost), steps)
+    top = jnp.argmax(jnp.where(k <= end, force, -jnp.inf))
+    left, mid, right = (force[jnp.clip(top + i, 0, force.size - 1)] for i in (-1, 0, 1))
+    curvature = left - 2 * mid + right
+    is_inner = (top > 0) & (top < end) & (curvature < 0)
+    shift = jnp.where(is_inner, 0.5 * (left - right) / jnp.where(is_inner, curvature, -1.0), 0.0)
+    return ContactPeak(mid - 0.25 * (left - right) * shift, (top < end) | lost.any())

@@ -1,0 +1,115 @@
+"""A design's question in numbers: what is free, within what, for which goal and limit."""
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from acf_jax.contact.body import WALL
+from acf_jax.contact.model import ContactModel, spread
+from acf_jax.design.config import COORDINATE, Goal
+
+SHARE_OF_BLOCK = 4  # an upper force needs a peak's derivatives as well: fewer samples a program
+
+
+@dataclass(frozen=True)
+class Task:
+    """Find the entries `free` of z, within [low, high], that are best for `goal` with F + factor sigma <= limit."""
+
+    model: ContactModel
+    z: np.ndarray  # (p,) every entry; those that are free hold anything
+    free: tuple[int, ...]
+    low: np.ndarray  # (free,)
+    high: np.ndarray
+    goal: Goal
+    limit: float  # N
+    probability: float
+
+    @property
+    def coordinate(self) -> int | None:
+        """Which free entry the goal makes as large as possible; None for the margin."""
+        name = COORDINATE[self.goal]
+        return None if name is None else self.free.index(self.model.names.index(name))
+
+    def point(self, u: np.ndarray) -> np.ndarray:
+        """z of points u in the unit box, (..., free)."""
+        z = np.broadcast_to(self.z, (*np.shape(u)[:-1], self.z.size)).copy()
+        # a convex combination meets both ends exactly
+        z[..., list(self.free)] = (1 - u) * self.low + u * self.high
+        return z
+
+
+def make_task(
+    model: ContactModel,
+    ranges: Mapping[str, tuple[float, float]],
+    fixed: Mapping[str, float],
+    goal: Goal,
+    limit: float,
+    probability: float,
+) -> Task:
+    """The task whose `ranges` are free; `fixed` holds v_e and f_p where they are not."""
+    names = model.names
+    z = model.at(fixed.get("v_e", 0.0), fixed.get("f_p", 0.0))
+    low, high = (np.array([r[k] for r in ranges.values()], float) for k in (0, 1))
+    free = tuple(names.index(name) for name in ranges)
+    z[list(free)] = low
+    return Task(model, z, free, low, high, goal, limit, probability)
+
+
+Upper = tuple[np.ndarray, np.ndarray, np.ndarray]  # F + factor sigma, F, whether there is a peak
+
+
+@eqx.filter_jit
+def _upper(
+    model: ContactModel, z: Float[Array, "n p"], factor: Float[Array, ""]
+) -> tuple[Array, Array, Array]:
+    def one(z: Float[Array, " p"]) -> tuple[Array, Array, Array]:
+        peak, own = spread(model, z, WALL)
+        return peak.force + factor * own.std, peak.force, peak.exists
+
+    mapped: tuple[Array, Array, Array] = jax.vmap(one)(z)
+    return mapped
+
+
+def upper_forces(model: ContactModel, z: np.ndarray, factor: float) -> Upper:
+    """F + factor sigma, F and whether there is a peak, of many samples z (N, p)."""
+    size = max(1, model.main.peak.block // SHARE_OF_BLOCK)
+    parts = []
+    for start in range(0, len(z), size):
+        part = z[start : start + size]
+        padded = part[np.arange(size) % len(part)]
+        parts.append(
+            [np.asarray(x)[: len(part)] for x in _upper(model, jnp.asarray(padded), jnp.asarray(factor))]
+        )
+    joined = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    return joined[0], joined[1], joined[2]
+
+
+@eqx.filter_jit
+def _slope(
+    model: ContactModel, z: Float[Array, " p"], factor: Float[Array, ""], free: tuple[int, ...]
+) -> tuple[Array, Array]:
+    def along(x: Float[Array, " free"]) -> tuple[Array, Array]:
+        peak, own = spread(model, z.at[jnp.array(free)].set(x), WALL)
+        upper = peak.force + factor * own.std
+        return upper, upper
+
+    slope, value = jax.jacfwd(along, has_aux=True)(z[jnp.array(free)])
+    return value, slope
+
+
+def value_and_slope(task: Task, factor: float) -> Callable[[np.ndarray], tuple[float, np.ndarray]]:
+    """The function u -> (F + factor sigma)/limit and its gradient in the unit box."""
+
+    @functools.lru_cache(maxsize=2)  # SciPy asks for the value and for the gradient in turn
+    def at(key: bytes) -> tuple[float, np.ndarray]:
+        z = jnp.asarray(task.point(np.clip(np.frombuffer(key), 0.0, 1.0)))
+        value, slope = _slope(task.model, z, jnp.asarray(factor), task.free)
+        return float(value) / task.limit, np.asarray(slope) * (task.high - task.low) / task.limit
+
+    return lambda u: at(np.asarray(u, float).tobytes())
