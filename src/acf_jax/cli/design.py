@@ -43,10 +43,7 @@ def command(config: Path, plot: Path | None, as_json: bool) -> None:
     _answer(question, file.load(), config, plot, as_json)
 
 
-def answer(
-    config: "Config", model: "ContactModel", where: Path | str, plot: Path | None, as_json: bool
-) -> None:
-    """Solve, print, draw; `where` names the origin of the configuration in faults."""
+def _answer(config: "Config", model: "ContactModel", where: Path, plot: Path | None, as_json: bool) -> None:
     from acf_jax.cli import _design_text as words
     from acf_jax.design.remedy import Infeasible
     from acf_jax.design.solve import design

@@ -1,9 +1,9 @@
 """The question of a design, design.yaml: one frozen model, every fault at once."""
 
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError, model_validator
 
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
@@ -31,6 +31,13 @@ class Range(_Part):
         return self
 
 
+def _kind(value: Any) -> str:
+    return "range" if isinstance(value, dict | Range) else "number"
+
+
+Quantity = Annotated[Annotated[float, Tag("number")] | Annotated[Range, Tag("range")], Discriminator(_kind)]
+
+
 class Config(_Part):
     """A number is given, a range is free."""
 
@@ -39,8 +46,8 @@ class Config(_Part):
     goal: Goal
     limit: float = Field(gt=0, description="N, of the peak contact force")
     probability: float = Field(default=0.95, ge=0.5, le=0.9999, description="that the limit holds")
-    f_p: float | Range = Field(description="N, pretension, which sets the process force")
-    v_e: float | Range = Field(description="m/s, contact velocity")
+    f_p: Quantity = Field(description="N, pretension, which sets the process force")
+    v_e: Quantity = Field(description="m/s, contact velocity")
     free: dict[str, Range] = Field(default={}, description="further parameters of the model")
     relative_std: dict[str, float] = Field(default={}, description="standard deviation over value")
     starts: int = Field(default=32, ge=1, le=1024)
@@ -85,7 +92,7 @@ def read_config(path: Path) -> Config:
         return Config.model_validate(read_yaml_mapping(path))
     except ValidationError as error:
         faults = [line for fault in error.errors() for line in _lines(path, dict(fault))]
-        raise InputError(list(dict.fromkeys(faults))) from None
+        raise InputError(faults) from None
 
 
 _REMEDIES = {
@@ -96,14 +103,12 @@ _REMEDIES = {
 
 def _lines(path: Path, fault: dict[str, Any]) -> list[str]:
     """A pydantic error as lines `file: dotted.path: problem; remedy`."""
-    # a number or a range: pydantic names both and faults both
-    branches = ("float", "Range")
-    where = ".".join(str(part) for part in fault["loc"] if part not in branches)
+    where = ".".join(str(part) for part in fault["loc"] if part not in ("number", "range"))
     where = f"{path}: {where}: " if where else f"{path}: "
     if fault["type"] == "value_error":
         return [where + problem for problem in str(fault["ctx"]["error"]).split("\n")]
     if fault["type"] in _REMEDIES:
         return [where + _REMEDIES[fault["type"]]]
-    if "Range" in fault["loc"][-1:] or "float" in fault["loc"][-1:]:
+    if fault["loc"][-1:] == ("number",):
         return [where + f"must be a number, or {{low: ..., high: ...}}, but is {fault['input']!r}"]
     return [where + f"{fault['msg'].lower()}, but is {fault['input']!r}; correct the value"]
