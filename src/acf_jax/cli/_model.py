@@ -81,24 +81,25 @@ class ModelFile:
         return []
 
     def _read_rig(self) -> list[str]:
+        asked = [
+            f"relative_std.{name}: is not a quantity of the model; known are {', '.join((*RIG, *IMPACT))}"
+            for name in self.relative_std
+            if name not in (*RIG, *IMPACT)
+        ]
+        try:
+            given = read_yaml_mapping(self.path).get("relative_std", {})
+        except InputError as error:
+            return error.faults + asked
         self.rig, faults = read_rig(self.path)
-        if not self.rig and faults:
-            return faults
-        given = read_yaml_mapping(self.path).get("relative_std", {})
+        faults += asked
         if not isinstance(given, Mapping):
             return [*faults, f"{self.path} relative_std: must hold `name: share` pairs; correct it"]
-        faults += [
+        self.relative_std = dict(given) | self.relative_std
+        return faults + [
             f"{self.path} relative_std.{name}: {fault}"
             for name, value in given.items()
             if (fault := _share_fault(name, value))
         ]
-        self.relative_std = dict(given) | self.relative_std
-        faults += [
-            f"relative_std.{name}: is not a quantity of the model; known are {', '.join((*RIG, *IMPACT))}"
-            for name in self.relative_std
-            if name not in (*RIG, *IMPACT) and name not in given
-        ]
-        return faults
 
 
 def _share_fault(name: Any, value: Any) -> str | None:

@@ -1,0 +1,156 @@
+"""Verdicts in words, as a document and as a table."""
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from acf_jax.files import read_text
+
+if TYPE_CHECKING:
+    from acf_jax.safety.check import Answer, Checker
+    from acf_jax.safety.limits import Limits
+
+ADDED = (
+    "verdict",
+    "reason",
+    "peak_force_n",
+    "peak_force_not_exceeded_n",
+    "force_limit_n",
+    "pressure_not_exceeded_n_cm2",
+    "pressure_limit_n_cm2",
+    "pressure_verdict",
+    "standard_v_max_m_per_s",
+    "decided_by",
+)
+NO_AREA = "not decided"
+
+
+def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
+    """What a person reads of one verdict."""
+    from acf_jax.safety.check import STATEMENT, assumptions
+
+    a, s = answer, answer.situation
+    kind = "transient" if s.contact == "transient" else "quasi-static"
+    lines = [
+        f"{a.verdict.capitalize()}: {s.area.name} ({s.area.region}), {kind} contact at {s.v_e:g} m/s with"
+        f" {s.f_p:g} N of pretension"
+    ]
+    lines += [f"  because  {reason}" for reason in a.reasons if a.verdict != "allowed"]
+    if a.force_limit is not None:
+        if a.force is not None:
+            lines.append(
+                f"  force    {a.force:.1f} N expected, {a.upper:.1f} N not exceeded with a confidence of"
+                f" {checker.confidence:g}; limit {a.force_limit:g} N"
+            )
+        lines.append(f"  pressure {_pressure(a)}")
+        highest = checker.highest_speed(s)
+        shown = "none" if highest is None else f"{math.floor(highest * 1e3) / 1e3:.3f} m/s"
+        lines.append(f"  highest allowed velocity here, by this model: {shown}")
+        lines.append(f"  ISO/TS 15066's own formula: {_standard(a)}")
+        if a.standard_speed is not None and s.v_e > a.standard_speed:
+            lines.append(
+                "    this contact is faster: it relies on the flange's stroke keeping the robot's mass away"
+            )
+        lines.append(f"  decided by the {a.decided_by}; limits of {limits.source}")
+        lines.append("It takes for granted that")
+        lines += [f"  - {line}" for line in assumptions(checker.model, s, checker.confidence)]
+    return "\n".join([*lines, STATEMENT])
+
+
+def _pressure(a: "Answer") -> str:
+    if a.pressure_limit is None:
+        return "not decided: the limits name no pressure for this area"
+    if a.situation.contact_area is None:
+        return f"not decided: no contact area is given (limit {a.pressure_limit:g} N/cm^2)"
+    if a.pressure is None:
+        return "not decided: no force is known"
+    return f"{a.pressure:.1f} N/cm^2 not exceeded; limit {a.pressure_limit:g} N/cm^2"
+
+
+def _standard(a: "Answer") -> str:
+    if a.standard_speed is None:
+        return "not computed: it needs --robot-mass-kg and --payload-kg"
+    return f"v_max = {a.standard_speed:.2f} m/s (without flange, pad and pretension)"
+
+
+def pressure_verdict(a: "Answer") -> str:
+    """The pressure's part of the verdict."""
+    if a.pressure is None or a.pressure_limit is None:
+        return NO_AREA
+    lowest = (a.force or 0.0) / (a.situation.contact_area or math.inf)
+    if a.pressure <= a.pressure_limit:
+        return "allowed" if a.verdict != "not decidable" else "not decidable"
+    return "not allowed" if lowest > a.pressure_limit else "not decidable"
+
+
+def document(answer: "Answer", checker: "Checker", limits: "Limits") -> dict[str, Any]:
+    """One verdict for programs."""
+    from acf_jax.safety.check import STATEMENT, assumptions
+
+    a, s = answer, answer.situation
+    return {
+        "schema": "acf-check/1",
+        "verdict": a.verdict,
+        "pressure_verdict": pressure_verdict(a) if a.force_limit is not None else "not allowed",
+        "reasons": list(a.reasons),
+        "body_region": s.area.region,
+        "body_area": s.area.name,
+        "contact": s.contact,
+        "contact_velocity_m_per_s": s.v_e,
+        "pretension_n": s.f_p,
+        "confidence": checker.confidence,
+        "peak_force_n": a.force,
+        "peak_force_not_exceeded_n": a.upper,
+        "force_limit_n": a.force_limit,
+        "pressure_not_exceeded_n_cm2": a.pressure,
+        "pressure_limit_n_cm2": a.pressure_limit,
+        "highest_allowed_velocity_m_per_s": checker.highest_speed(s) if a.force_limit is not None else None,
+        "standard_v_max_m_per_s": a.standard_speed,
+        "decided_by": a.decided_by,
+        "limits": limits.source,
+        "model": checker.model.source,
+        "assumptions": assumptions(checker.model, s, checker.confidence) if a.force_limit is not None else [],
+        "statement": STATEMENT,
+    }
+
+
+def table(situations: Path, answers: Sequence["Answer"]) -> str:
+    """The situations' own columns, row by row, with the verdicts behind them."""
+    records = list(csv.reader(io.StringIO(read_text(situations))))
+    by_line = {a.situation.row: a for a in answers}
+    lines = csv.reader(io.StringIO(read_text(situations)))
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    header = [cell.strip() for cell in records[0]]
+    writer.writerow([*header, *ADDED])
+    for cells in lines:
+        if (answer := by_line.get(lines.line_num)) is not None:
+            writer.writerow([*(cell.strip() for cell in cells[: len(header)]), *_cells(answer)])
+    return out.getvalue()
+
+
+def _cells(a: "Answer") -> list[str]:
+    numbers = (a.force, a.upper, a.force_limit, a.pressure, a.pressure_limit)
+    shown = ["" if x is None else f"{x:.6g}" for x in numbers]
+    decided = pressure_verdict(a) if a.force_limit is not None else "not allowed"
+    speed = "" if a.standard_speed is None else f"{a.standard_speed:.4g}"
+    return [a.verdict, "; ".join(a.reasons), *shown, decided, speed, a.decided_by]
+
+
+def summary(out: Path, answers: Sequence["Answer"], limits: "Limits") -> str:
+    """How a table of situations came out, and the first row that stands in the way."""
+    from acf_jax.safety.check import STATEMENT
+
+    counts = {v: sum(a.verdict == v for a in answers) for v in ("allowed", "not allowed", "not decidable")}
+    lines = [f"{len(answers)} situations: " + ", ".join(f"{n} {v}" for v, n in counts.items())]
+    first = next((a for a in answers if a.verdict != "allowed"), None)
+    if first is not None:
+        s = first.situation
+        lines.append(f"first that is not allowed: row {s.row}, '{s.name}', {s.area.name}: {first.reasons[0]}")
+    undecided = sum(pressure_verdict(a) == NO_AREA for a in answers if a.force_limit is not None)
+    if undecided:
+        lines.append(f"pressure is not decided in {undecided} of them: no contact area is given")
+    return "\n".join([*lines, f"{out}: every verdict, by the limits of {limits.source}", STATEMENT])

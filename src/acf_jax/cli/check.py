@@ -1,0 +1,163 @@
+"""`python -m acf_jax check`: whether a contact with a person stays within the limits of ISO/TS 15066."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+
+from acf_jax.cli._model import HELP, ModelFile
+from acf_jax.errors import InputError
+
+EXAMPLES = """
+\b
+Examples:
+  python -m acf_jax check --model configs/check_rig.yaml --body-area palm --contact transient --v-e 0.2 --f-p 60
+  python -m acf_jax check --model result/model.json --situations configs/situations.csv --out verdicts.csv
+"""
+NEEDED = ("--body-area", "--contact", "--v-e", "--f-p")
+
+
+@click.command(epilog=EXAMPLES)
+@click.option("--model", "model_file", required=True, type=click.Path(path_type=Path), help=HELP)
+@click.option(
+    "--situations", type=click.Path(path_type=Path), help="CSV: a table of situations instead of one."
+)
+@click.option("--out", type=click.Path(path_type=Path), help="CSV file for the table's verdicts.")
+@click.option(
+    "--body-area", help="Number or name of an area of the limits file, or of a region: its strictest area."
+)
+@click.option(
+    "--contact", type=click.Choice(["transient", "quasi_static"]), help="Free to recoil, or clamped."
+)
+@click.option("--v-e", type=float, help="Contact velocity, m/s.")
+@click.option("--f-p", type=float, help="Pretension F_P, N.")
+@click.option(
+    "--contact-area-cm2", type=float, help="Decides the pressure; without it the pressure is not decided."
+)
+@click.option(
+    "--robot-mass-kg", type=float, help="M, the robot's moving parts: for the standard's own formula."
+)
+@click.option("--payload-kg", type=float, help="m_L, for the standard's own formula.")
+@click.option(
+    "--limits",
+    "limits_file",
+    type=click.Path(path_type=Path),
+    help="Own limits, CSV; ISO/TS 15066 by default.",
+)
+@click.option(
+    "--confidence",
+    default=0.975,
+    show_default=True,
+    type=float,
+    help="With which an allowed force is not exceeded.",
+)
+@click.option("--exact", is_flag=True, help="Never ask the surrogate.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    model_file: Path,
+    situations: Path | None,
+    out: Path | None,
+    body_area: str | None,
+    contact: str | None,
+    v_e: float | None,
+    f_p: float | None,
+    contact_area_cm2: float | None,
+    robot_mass_kg: float | None,
+    payload_kg: float | None,
+    limits_file: Path | None,
+    confidence: float,
+    exact: bool,
+    as_json: bool,
+) -> None:
+    """Check one contact, or a table of them, against the limits of body areas.
+
+    Ends with exit code 0 where everything is allowed, 1 otherwise. A calculation replaces neither a measurement
+    nor a risk assessment. docs/safety.md explains the answer.
+    """
+    from acf_jax.safety.limits import read_limits
+    from acf_jax.safety.situation import Contact, Situation, read_situations
+
+    faults: list[str] = []
+    if not 0.5 <= confidence <= 0.9999:
+        faults.append(f"--confidence must lie between 0.5 and 0.9999, but is {confidence!r}")
+    file = limits = None
+    asked: tuple[Situation, ...] = ()
+    try:
+        file = ModelFile(model_file)
+    except InputError as error:
+        faults += error.faults
+    try:
+        limits = read_limits(limits_file)
+    except InputError as error:
+        faults += error.faults
+    one = dict(zip(NEEDED, (body_area, contact, v_e, f_p), strict=True))
+    if situations is not None:
+        faults += [
+            f"{name} belongs to a single check; remove it or --situations"
+            for name, x in one.items()
+            if x is not None
+        ]
+        if out is None:
+            faults.append("--out is missing; name a CSV file for the verdicts")
+        if limits is not None:
+            try:
+                asked = read_situations(situations, limits)
+            except InputError as error:
+                faults += error.faults
+    else:
+        faults += [
+            f"{name} is missing; give it, or a table by --situations" for name, x in one.items() if x is None
+        ]
+        faults += _number_faults(v_e, f_p, contact_area_cm2, robot_mass_kg, payload_kg)
+        if out is not None:
+            faults.append("--out belongs to --situations; remove it, or use --json")
+        if limits is not None and body_area is not None:
+            try:
+                area = limits.find(body_area)
+                masses = (contact_area_cm2, robot_mass_kg, payload_kg)
+                kind: Contact = "transient" if contact == "transient" else "quasi_static"
+                asked = (Situation("", area, kind, v_e or 0.0, f_p or 0.0, *masses),)
+            except InputError as error:
+                faults += [f"--{fault.replace('body area', 'body-area', 1)}" for fault in error.faults]
+    if faults or file is None or limits is None:
+        raise InputError(faults)
+
+    from acf_jax.cli._start import start_jax
+
+    start_jax()
+    from acf_jax.cli import _check_text as words
+    from acf_jax.safety.check import Checker
+    from acf_jax.surrogate import load_surrogate
+
+    checker = Checker(file.load(), None if exact else load_surrogate(), confidence)
+    answers = [checker(s) for s in asked]
+    if out is not None and situations is not None:
+        from acf_jax.files import write_text
+
+        write_text(out, words.table(situations, answers))
+        click.echo(words.summary(out, answers, limits))
+    elif as_json:
+        click.echo(json.dumps(words.document(answers[0], checker, limits), indent=2))
+    else:
+        click.echo(words.text(answers[0], checker, limits))
+    if any(a.verdict != "allowed" for a in answers):
+        raise SystemExit(1)
+
+
+def _number_faults(
+    v_e: float | None, f_p: float | None, area: float | None, mass: float | None, payload: float | None
+) -> list[str]:
+    def fault(name: str, value: Any, least: str, is_sound: bool) -> list[str]:
+        is_number = value is None or (math.isfinite(value) and is_sound)
+        return [] if is_number else [f"{name} must be a number, finite and {least}, but is {value!r}"]
+
+    found = fault("--v-e", v_e, "zero or positive, in m/s", (v_e or 0) >= 0)
+    found += fault("--f-p", f_p, "zero or positive, in N", (f_p or 0) >= 0)
+    found += fault("--contact-area-cm2", area, "positive, in cm^2", area is None or area > 0)
+    found += fault("--robot-mass-kg", mass, "positive, in kg", mass is None or mass > 0)
+    found += fault("--payload-kg", payload, "zero or positive, in kg", (payload or 0) >= 0)
+    if (mass is None) != (payload is None):
+        found.append("--robot-mass-kg and --payload-kg belong together; give both or neither")
+    return found
