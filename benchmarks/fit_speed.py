@@ -1,0 +1,115 @@
+"""The fits of `diagnose` against the same fits by SciPy: `least_squares` over `solve_ivp`.
+
+python -m benchmarks.fit_speed
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from acf_jax.dataset import assess_dataset
+from acf_jax.diagnosis.candidates import fit_nominal, fit_single
+from acf_jax.diagnosis.fit import Fit
+from acf_jax.diagnosis.observe import Observations, observe
+from acf_jax.diagnosis.space import Explanation, label
+from benchmarks.drawn_set import draw_set
+from benchmarks.machine import describe
+from benchmarks.peers import scipy_fit
+from benchmarks.timing import median_ratio, summarise
+
+EXPLANATIONS: tuple[Explanation, ...] = ((), ("coulomb_friction",), ("sensor_lag",), ("robot_compliance",))
+PEERS = {
+    "a solve_ivp an impact": partial(scipy_fit.fit, simulate=scipy_fit.one_by_one),
+    "one solve_ivp for all impacts": partial(scipy_fit.fit, simulate=scipy_fit.all_at_once),
+}
+
+
+def own_fit(observations: Observations, explanation: Explanation) -> Fit:
+    """The fit of `diagnose`, from all its starts."""
+    return fit_single(observations, explanation[0]) if explanation else fit_nominal(observations)
+
+
+def timed(call: Callable[[], Any]) -> tuple[float, Any]:
+    """Seconds and result of a call."""
+    begin = time.perf_counter()
+    result = call()
+    return time.perf_counter() - begin, result
+
+
+def measure(observations: Observations, explanation: Explanation, repeats: int) -> dict[str, Any]:
+    """Seconds and objective of each, in turn within every round, so that all meet the same moments of the machine."""
+    compiling, _ = timed(lambda: own_fit(observations, explanation))
+    seconds: dict[str, list[float]] = {name: [] for name in ("acf_jax", *PEERS)}
+    objective: dict[str, float] = {}
+    for _ in range(repeats):
+        for name in seconds:
+            solve = PEERS.get(name, own_fit)
+            spent, answer = timed(partial(solve, observations, explanation))
+            seconds[name].append(spent)
+            objective[name] = answer.objective
+    return {
+        "explanation": label(explanation),
+        "first": compiling,
+        "seconds": seconds,
+        "objective": objective,
+        "ratio": {name: median_ratio(seconds[name], seconds["acf_jax"]) for name in PEERS},
+    }
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Seconds, ratios and objectives in Markdown."""
+    lines = [
+        "| fit | by | s, median | min … max | × acf_jax | objective |",
+        "|---|---|--:|--:|--:|--:|",
+    ]
+    for row in rows:
+        for name, seconds in row["seconds"].items():
+            t, ratio = summarise(seconds), row["ratio"].get(name, 1.0)
+            lines.append(
+                f"| {row['explanation']} | {name} | {t.median:.3g} | {t.low:.3g} … {t.high:.3g} "
+                f"| {ratio:.0f} | {row['objective'][name]:.1f} |"
+            )
+    for name in rows[0]["seconds"]:
+        total, own = ([sum(r) for r in rounds(rows, by)] for by in (name, "acf_jax"))
+        t, ratio = summarise(total), median_ratio(total, own)
+        lines.append(
+            f"| all together | {name} | {t.median:.3g} | {t.low:.3g} … {t.high:.3g} | {ratio:.0f} | |"
+        )
+    return "\n".join(lines)
+
+
+def rounds(rows: list[dict[str, Any]], name: str) -> list[tuple[float, ...]]:
+    """Seconds of every fit, round by round."""
+    return list(zip(*(row["seconds"][name] for row in rows), strict=True))
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.fit_speed", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--trials", type=int, default=20, help="traces in the drawn set (default: 20)")
+    parser.add_argument("--repeats", type=int, default=3, help="interleaved rounds (default: 3)")
+    parser.add_argument("--json", type=Path, help="write the rows to this file, too")
+    options = parser.parse_args(arguments)
+    jax.config.update("jax_enable_x64", True)
+    dataset = draw_set(options.trials)
+    observations = observe(dataset, assess_dataset(dataset))
+    rows = [measure(observations, explanation, options.repeats) for explanation in EXPLANATIONS]
+    print(
+        f"{options.trials} traces, {observations.n_used:,} samples, {options.repeats} rounds; {describe()}\n"
+    )
+    print(table(rows))
+    first = ", ".join(f"{row['first']:.1f}" for row in rows)
+    print(f"\nThe first fit of each by acf_jax, its compilation included: {first} s.")
+    if options.json:
+        options.json.write_text(json.dumps(rows, indent=1))
+
+
+if __name__ == "__main__":
+    main()
