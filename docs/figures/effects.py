@@ -38,17 +38,8 @@ def sensed(effects: list[AbstractEffect]) -> np.ndarray:
 
 def main() -> None:
     jax.config.update("jax_enable_x64", True)
-    plt.rcParams |= {
-        "font.family": "DejaVu Sans",
-        "font.size": 9,
-        "svg.hashsalt": "acf-jax",
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.edgecolor": "#6b7280",
-        "axes.labelcolor": INK,
-        "xtick.color": "#4b5563",
-        "ytick.color": "#4b5563",
-    }
+    plt.style.use(HERE / "style.mplstyle")
+    plt.rcParams["font.size"] = 9
     kinds = {c: [kind for kind in library().values() if kind.component == c] for c in COLOURS}
     columns = max(map(len, kinds.values()))
     figure, axes = plt.subplots(

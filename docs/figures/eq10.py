@@ -31,13 +31,7 @@ def draw_box(size: int) -> tuple[Rig, Impact]:
 
 def main() -> None:
     jax.config.update("jax_enable_x64", True)
-    plt.rcParams |= {
-        "font.family": "DejaVu Sans",
-        "font.size": 10,
-        "svg.hashsalt": "acf-jax",
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-    }
+    plt.style.use(HERE / "style.mplstyle")
     figure, (trace, errors) = plt.subplots(1, 2, figsize=(10, 4.1), layout="constrained")
 
     rig, impact = Rig(4.0, 340.0, 9000.0, 4e4), Impact(0.4, 60.0)

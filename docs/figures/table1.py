@@ -21,17 +21,7 @@ INK, MODEL, REFIT = "#1f2937", "#2563eb", "#d9480f"
 
 def main() -> None:
     jax.config.update("jax_enable_x64", True)
-    plt.rcParams |= {
-        "font.family": "DejaVu Sans",
-        "font.size": 10,
-        "svg.hashsalt": "acf-jax",
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.edgecolor": "#6b7280",
-        "axes.labelcolor": INK,
-        "xtick.color": "#4b5563",
-        "ytick.color": "#4b5563",
-    }
+    plt.style.use(HERE / "style.mplstyle")
     v_e, f_p, measured, published = np.genfromtxt(
         CONFIGS / "table1.csv", delimiter=",", skip_header=1, usecols=(1, 2, 3, 4)
     ).T
