@@ -4,7 +4,6 @@ import csv
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ import yaml
 
 from acf_jax.errors import InputError
 from acf_jax.worlds import Impact, answer_of, distance, draw_setup, find_world, make_case, write_case
-from acf_jax.worlds.plan import draw_plan
 from acf_jax.worlds.setup import Noise
 
 
@@ -116,44 +114,6 @@ def test_coloured_noise_has_the_deviation_and_memory_it_names():
     white = noise.whiten(samples)
     assert white.std() == pytest.approx(1.0, rel=0.02)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.02
-
-
-def test_a_plan_holds_the_shares_and_every_effect():
-    world = find_world("scipy")
-    library = set(world.causes("library"))
-    plan = draw_plan(5, 200, world)
-    assert plan == draw_plan(5, 200, world) != draw_plan(6, 200, world)
-    kinds = [
-        "none" if not o.effects else "pair" if len(o.effects) == 2
-        else "single" if o.effects[0] in library else "beyond"
-        for o in plan
-    ]  # fmt: skip
-    assert {kind: kinds.count(kind) for kind in set(kinds)} == {
-        "none": 50, "single": 100, "pair": 20, "beyond": 30,
-    }  # fmt: skip
-    assert {o.effects[0] for o, kind in zip(plan, kinds, strict=True) if kind == "single"} == library
-    assert sum(o.coloured is True for o in plan) == 25
-
-
-def test_the_script_goes_on_where_it_was(tmp_path):
-    script = Path(__file__).parents[2] / "benchmarks" / "make_cases.py"
-    command = [
-        sys.executable,
-        str(script),
-        "--out",
-        str(tmp_path),
-        "--seed",
-        "1",
-        "--workers",
-        "1",
-        "--cases",
-    ]
-    runs = [
-        subprocess.run([*command, n], capture_output=True, text=True, check=True).stdout for n in ("1", "1")
-    ]
-    assert [out.strip() for out in runs] == [
-        f"{tmp_path / 'case-000'}: {done}" for done in ("written", "already there")
-    ]
 
 
 def test_an_effect_that_does_not_exist_is_refused():

@@ -43,18 +43,15 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
 
     start_jax()
     from acf_jax.diagnosis.diagnose import diagnose
-    from acf_jax.diagnosis.document import document
-    from acf_jax.diagnosis.model_file import gap_model, write_model
-    from acf_jax.files import whole_folder, write_text
+    from acf_jax.diagnosis.results import write_results
+    from acf_jax.files import whole_folder
     from acf_jax.report import sentence, write_report
 
     with _progress() as progress:
         diagnosis = diagnose(data, seed, progress)
         progress("writing the report")
-        content = document(diagnosis)
         with whole_folder(out) as folder:
-            write_text(folder / "diagnosis.json", json.dumps(content, indent=1) + "\n")
-            write_text(folder / "model.json", write_model(gap_model(diagnosis)))
+            content = write_results(folder, diagnosis)
             write_report(folder / "report.html", diagnosis, content)
     if as_json:
         click.echo(json.dumps(content))

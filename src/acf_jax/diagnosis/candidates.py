@@ -10,7 +10,6 @@ from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.space import Explanation, classes, component_of, coordinates, every_effect, starts
-from acf_jax.effects import library
 
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
 
@@ -38,7 +37,7 @@ def fit_more(observations: Observations, fitted: Fit, name: str) -> Fit:
     return best(fit(observations, explanation, begin(start), fitted.own) for start in starts(name))
 
 
-def partners(observations: Observations, fitted: Fit) -> list[tuple[str, float]]:
+def partners(observations: Observations, fitted: Fit, effects: Sequence[str]) -> list[tuple[str, float]]:
     """The effects by how much of what a fit leaves their signature explains, to first order in chi-square.
 
     A signature is the change of the simulated forces by the effect at one of its starts on the fitted rig; of the
@@ -46,7 +45,7 @@ def partners(observations: Observations, fitted: Fit) -> list[tuple[str, float]]
     """
     projector = Projector.at(fitted.linear)
     gains = {}
-    for name in library():
+    for name in effects:
         if name in fitted.explanation:
             continue
         gains[name] = 0.0
@@ -99,6 +98,6 @@ def _blocks(fitted: Fit) -> list[np.ndarray]:
     return np.split(fitted.theta[4:-1], np.cumsum(sizes)[:-1]) if sizes else []
 
 
-def singles() -> list[Explanation]:
-    """Every effect of the library and every port, alone."""
-    return [(name,) for name in (*library(), *ports())]
+def singles(effects: Sequence[str]) -> list[Explanation]:
+    """Every effect and every port, alone."""
+    return [(name,) for name in (*effects, *ports())]

@@ -1,6 +1,6 @@
 """The whole diagnosis: quality, fits, probabilities, held-out figures, what cannot be told apart, what to do next."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -33,8 +33,10 @@ from acf_jax.diagnosis.validate import (
     peak_shrinkage,
 )
 from acf_jax.diagnosis.where import GapMap, gap_map
+from acf_jax.effects import library
 
 LEADERS = 3  # single effects from which the forward search goes on
+UNEXPLAINED = 1.5  # chi-square of a sample above which twice as many effects lead
 PARTNERS = 3  # effects that are tried beside each of them
 WORTH_A_SECOND = 9.0  # chi-square that a partner has to promise before the pair is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
@@ -74,11 +76,17 @@ class Diagnosis:
     warnings: tuple[str, ...] = field(default=())
 
 
-def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda stage: None) -> Diagnosis:
+def diagnose(
+    dataset: GapDataset,
+    seed: int = 0,
+    progress: Progress = lambda stage: None,
+    without: Collection[str] = (),
+) -> Diagnosis:
     """Where the gap between the paper's model and measured impacts lies, why, and how far it shrinks.
 
     **Arguments:** `dataset`: as `read_dataset` gives it, or built from arrays. `seed`: of the bootstrap; the same seed
-    gives the same answer. `progress`: called with the name of each stage as it begins.
+    gives the same answer. `progress`: called with the name of each stage as it begins. `without`:
+    effects of the library that cannot be the cause, as one who knows the rig would say.
 
     **Returns:** a `Diagnosis`. Needs float64 (`jax_enable_x64`).
 
@@ -88,12 +96,13 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
     quality = assess_dataset(dataset)
     observations = observe(dataset, quality)
     excluded = dict(quality.excluded)
-    recalibrated, fits = _fit_all(observations, progress)
+    effects = [name for name in library() if name not in without]
+    recalibrated, fits = _fit_all(observations, effects, progress)
     outliers = _outliers(observations, min(fits, key=lambda f: f.objective))
     if outliers:
         excluded |= outliers
         observations = observations.subset(np.array([name not in outliers for name in observations.names]))
-        recalibrated, fits = _fit_all(observations, progress)
+        recalibrated, fits = _fit_all(observations, effects, progress)
     fits = [recalibrated, *fits]
     probability = probabilities(fits, observations.n_used)
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
@@ -132,9 +141,9 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
         verdict=verdict,
         scored=tuple(scored),
         credible=tuple(credible),
-        component=components(fits, probability),
+        component=components(fits, probability, scored),
         indistinguishable=tuple(pairs),
-        absorbed=separate.absorbed(observations, recalibrated),
+        absorbed={d.effect: d.absorbed for d in detectability},
         detectability=detectability,
         gap_map=gap_map(observations, recalibrated, held["recalibrated"]),
         gap={name: figures(observations, value) for name, value in held.items()},
@@ -154,19 +163,20 @@ def diagnose(dataset: GapDataset, seed: int = 0, progress: Progress = lambda sta
     )
 
 
-def _fit_all(observations: Observations, progress: Progress) -> tuple[Fit, list[Fit]]:
+def _fit_all(observations: Observations, effects: Sequence[str], progress: Progress) -> tuple[Fit, list[Fit]]:
     """The recalibrated model, every single effect and port, and the pairs that forward search finds."""
     progress("recalibrating the paper's model")
     recalibrated = candidates.fit_nominal(observations)
     progress("fitting every effect")
-    tasks = [partial(candidates.fit_single, observations, name) for (name,) in candidates.singles()]
+    tasks = [partial(candidates.fit_single, observations, name) for (name,) in candidates.singles(effects)]
     fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
     alone = [f for f in fits if not is_port(f.explanation) and np.isfinite(f.objective)]
-    library = sorted(alone, key=lambda f: f.objective)
+    alone.sort(key=lambda f: f.objective)
+    explained = 2 * alone[0].objective < UNEXPLAINED * observations.n_used
     wanted: dict[Explanation, tuple[Fit, str]] = {}
-    for leader in library[:LEADERS]:
-        for name, gain in candidates.partners(observations, leader)[:PARTNERS]:
+    for leader in alone[: LEADERS if explained else 2 * LEADERS]:
+        for name, gain in candidates.partners(observations, leader, effects)[:PARTNERS]:
             if gain > WORTH_A_SECOND:
                 wanted.setdefault(tuple(sorted((*leader.explanation, name))), (leader, name))
     fits += candidates.in_parallel(
@@ -187,6 +197,12 @@ def _outliers(observations: Observations, fitted: Fit) -> dict[str, str]:
     chosen = np.flatnonzero(beyond & (ratio > OUTLIER * usual))
     if len(chosen) > max(1, len(ratio) // 10):
         return {}
+    # what every trial of a condition shows is physics, not a fault; a single one is given no such benefit
+    condition = observations.condition
+    groups = [np.flatnonzero(condition == condition[i]) for i in chosen]
+    chosen = np.array(
+        [i for i, g in zip(chosen, groups, strict=True) if len(g) == 1 or not np.isin(g, chosen).all()], int
+    )
     return {
         observations.names[
             i
@@ -272,7 +288,7 @@ def _next(
     observations: Observations, fits: Sequence[Fit], probability: np.ndarray, credible: Sequence[Explanation]
 ) -> Experiment | None:
     """The trial that best separates the two most probable explanations still standing."""
-    standing = [(f, float(p)) for f, p in zip(fits, probability, strict=True) if f.explanation in credible]
+    standing = [(f, float(p)) for f, p in zip(fits, probability, strict=True) if _stands(f, credible)]
     if len(standing) < 2:
         return None
     standing.sort(key=lambda item: -item[1])

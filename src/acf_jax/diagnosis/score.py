@@ -132,10 +132,14 @@ def doubt(scored: Sequence[Scored], shrinkage: float) -> list[Scored]:
     return [Scored(e, p) for e, p in sorted(total.items(), key=lambda item: (-item[1], item[0]))]
 
 
-def components(fits: Sequence[Fit], probability: np.ndarray) -> dict[str, float]:
-    """Probability that a cause acts at each component; a pair counts at both of its components."""
+def components(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[Scored]) -> dict[str, float]:
+    """Probability that a cause acts at each component; a pair counts at both, an unknown cause where its ports say."""
+    final = {s.explanation: s.probability for s in scored}
+    before = sum(float(p) for f, p in zip(fits, probability, strict=True) if is_port(f.explanation))
     total = dict.fromkeys(("actuator", "contact", "robot", "sensor"), 0.0)
     for fitted, p in zip(fits, probability, strict=True):
+        unknown = is_port(fitted.explanation)
+        share = final[UNKNOWN] * float(p) / before if unknown else final[fitted.explanation]
         for component in {component_of(name) for name in fitted.explanation}:
-            total[component] += float(p)
+            total[component] += share
     return total

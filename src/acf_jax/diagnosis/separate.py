@@ -62,22 +62,6 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
     return sorted(pairs, key=lambda p: -p.bayes_error)
 
 
-def absorbed(observations: Observations, nominal: Fit) -> dict[str, float]:
-    """Share of each effect's signature that the nominal parameters could imitate, 0 to 1."""
-    projector = Projector.at(nominal.linear)
-    shares = {}
-    for name in library():
-        signals = [signal for signal, _ in signatures(observations, nominal, name)]
-        if not signals:
-            continue
-        left = [
-            projector.gram(s[None])[0, 0] / max(projector.gram_of_nuisances(s[None])[0, 0], 1e-12)
-            for s in signals
-        ]
-        shares[name] = float(np.clip(1 - min(left), 0.0, 1.0))
-    return shares
-
-
 @dataclass(frozen=True)
 class Detectability:
     """What a design of trials could say of one effect."""
@@ -87,23 +71,24 @@ class Detectability:
     unit: str
     distance_at_typical: float  # whitened distance of the typical size from all that the rig could imitate
     confused_with: tuple[str, ...]  # effects that these trials could not tell apart at the typical size
+    absorbed: float  # share of the signature that the nominal parameters could imitate, 0 to 1
 
 
 def detectability(observations: Observations, nominal: Fit) -> list[Detectability]:
     """For each effect, whether these trials could detect it and which effects they could not tell apart from it."""
     projector = Projector.at(nominal.linear)
-    names, units, signals, sizes = [], [], [], []
+    names, shares, signals = [], [], []
     for name, cls in library().items():
-        first = cls.parameters()[0]
         found = [signal for signal, _ in signatures(observations, nominal, name)]
         if not found:
             continue
-        strongest = int(np.argmax([projector.gram(s[None])[0, 0] for s in found]))
-        size = starts(name)[strongest][0]
+        left = np.array([projector.gram(s[None])[0, 0] for s in found])
+        whole = np.array([projector.gram_of_nuisances(s[None])[0, 0] for s in found])
+        strongest = int(np.argmax(left))
+        size = abs(starts(name)[strongest][0]) or 1.0
         names.append(name)
-        units.append(first.unit)
-        sizes.append(abs(size) or 1.0)
-        signals.append(found[strongest] * (first.scale / (abs(size) or 1.0)))
+        shares.append(float(np.clip(1 - (left / np.maximum(whole, 1e-12)).min(), 0.0, 1.0)))
+        signals.append(found[strongest] * (cls.parameters()[0].scale / size))
     gram = projector.gram(np.stack(signals))
     distance = np.sqrt(np.maximum(np.diag(gram), 0.0))
     cosine = gram / np.maximum(np.outer(distance, distance), 1e-12)
@@ -111,7 +96,9 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
     result = []
     for i, name in enumerate(names):
         confused = [names[j] for j in range(len(names)) if j != i and bayes_error(apart[i, j]) > BAYES_ERROR]
-        scale = library()[name].parameters()[0].scale
-        smallest = float(3 * scale / distance[i]) if distance[i] > 0 else None
-        result.append(Detectability(name, smallest, units[i], float(distance[i]), tuple(confused)))
+        first = library()[name].parameters()[0]
+        smallest = float(3 * first.scale / distance[i]) if distance[i] > 0 else None
+        result.append(
+            Detectability(name, smallest, first.unit, float(distance[i]), tuple(confused), shares[i])
+        )
     return result

@@ -17,8 +17,10 @@ class RobotCompliance(AbstractEffect):
     title = "Compliant robot"
     n_own = 2
 
-    inverse_mass_per_kg: Scalar = strength("1/kg", 0.0, 2.0, (0.01, 0.1), 0.1, "one over the robot's mass")
-    frequency_hz: Scalar = shape("Hz", 2.0, 300.0, (15.0, 60.0), "its natural frequency")
+    inverse_mass_per_kg: Scalar = strength(
+        "1/kg", 0.0, 2.0, (0.01, 0.1, 0.4), 0.1, "one over the robot's mass"
+    )
+    frequency_hz: Scalar = shape("Hz", 2.0, 300.0, (15.0, 60.0, 40.0), "its natural frequency")
 
     def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
         return own[0], own[1]

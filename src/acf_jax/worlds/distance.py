@@ -9,6 +9,8 @@ import numpy as np
 from acf_jax.worlds.interface import AbstractWorld, Array, Impact, Rig
 from acf_jax.worlds.setup import Setup
 
+NAMES = ("m", "d", "k_f", "k_c")
+ADJUSTMENTS = 6  # of the imitating rig, at most
 Pair = tuple[Array, Array, Array]  # time s, force with the causes N, force without N
 
 
@@ -36,11 +38,11 @@ class Tangents:
     """
 
     def __init__(self, world: AbstractWorld, setup: Setup):
-        self.setup = setup
+        self.world, self.setup = world, setup
         self.own: list[Array] = []  # by velocity, pretension and trigger of the trial, (n, 3) a condition
         self.common: list[Array] = []  # by m, d, k_F, k_C, (n, 4) a condition
         time = setup.time[setup.time > 0.0]
-        trigger_std = max(setup.jitter, 0.5) * setup.interval / np.sqrt(3.0)
+        self.trigger_std = max(setup.jitter, 0.5) * setup.interval / np.sqrt(3.0)
         for impact in setup.conditions:
 
             def force(rig: Rig = setup.rig, impact: Impact = impact) -> Array:
@@ -51,10 +53,10 @@ class Tangents:
             own = [
                 force(impact=Impact(impact.v_e + v_std, impact.f_p)) - nominal,
                 force(impact=Impact(impact.v_e, impact.f_p + f_std)) - nominal,
-                np.gradient(nominal, time) * trigger_std,
+                np.gradient(nominal, time) * self.trigger_std,
             ]
             common = []
-            for name, (_, std) in zip(("m", "d", "k_f", "k_c"), setup.prior, strict=True):
+            for name, (_, std) in zip(NAMES, setup.prior, strict=True):
                 step = 0.05 * std
                 moved = replace(setup.rig, **{name: getattr(setup.rig, name) + step})
                 common.append((force(moved) - nominal) * (std / step))
@@ -62,23 +64,69 @@ class Tangents:
             self.common.append(setup.noise.whiten(np.stack(common, axis=1)))
 
     def distance(self, pairs: Sequence[Pair]) -> float:
-        """Length of the difference of the pairs that no adjustment removes, see `distance`."""
-        columns, targets = [np.eye(4)], [np.zeros(4)]
-        for own, common, (_, with_causes, without) in zip(self.own, self.common, pairs, strict=True):
-            n = with_causes.size
+        """What no adjustment removes of the difference of the pairs, see `distance`."""
+        theta, own = np.zeros(4), np.zeros((len(pairs), 3))
+        best = np.inf
+        for _ in range(ADJUSTMENTS):
+            left = [f - self._adjusted(c, theta, own[c], f.size) for c, (_, f, _) in enumerate(pairs)]
+            white = [self.setup.noise.whiten(r) for r in left]
+            repeats = self.setup.repeats
+            squared = repeats * (sum(float(r @ r) for r in white) + float((own**2).sum())) + float(
+                theta @ theta
+            )
+            if squared > 0.98 * best:
+                return float(np.sqrt(min(best, squared)))
+            best = squared
+            # one step of Gauss-Newton with the derivatives at the true rig; a trial's own part is eliminated
+            normal, gradient, parts = np.eye(4), -theta, []
+            for residual, k, j, o in zip(white, self.own, self.common, own, strict=True):
+                k, j = k[: residual.size], j[: residual.size]
+                inverse = np.linalg.inv(k.T @ k + np.eye(3))
+                on_own = k.T @ residual - o
+                normal += repeats * (j.T @ j - j.T @ k @ inverse @ k.T @ j)
+                gradient += repeats * (j.T @ residual - j.T @ k @ inverse @ on_own)
+                parts.append((inverse, on_own, k.T @ j))
+            step = np.linalg.solve(normal, gradient)
+            theta = theta + step
+            own = own + np.stack([inverse @ (on_own - cross @ step) for inverse, on_own, cross in parts])
+        return float(np.sqrt(best))
+
+    def _adjusted(self, c: int, theta: Array, own: Array, n: int) -> Array:
+        """Force of condition c without causes, at adjusted parameters in standard deviations, (n,)."""
+        setup = self.setup
+        impact = setup.conditions[c]
+        values = {
+            name: max(getattr(setup.rig, name) + u * std, 0.02 * getattr(setup.rig, name))
+            for name, u, (_, std) in zip(NAMES, theta, setup.prior, strict=True)
+        }
+        moved = Impact(impact.v_e * (1 + setup.spread * own[0]), impact.f_p * (1 + setup.spread * own[1]))
+        time = setup.time[setup.time > 0.0][:n]
+        force = self.world.respond(Rig(**values), [], moved, time, after_loss=np.inf).sensed
+        return np.asarray(force + np.gradient(force, time) * own[2] * self.trigger_std)
+
+    def gram(self, signals: Sequence[Sequence[Array]]) -> Array:
+        """Inner products (k, k) of what no adjustment removes from k signals, each one array (n,) a condition, N.
+
+        Of a condition the part counts that all of the signals have.
+        """
+        columns, targets = [np.eye(4)], [np.zeros((4, len(signals)))]
+        for c, (own, common) in enumerate(zip(self.own, self.common, strict=True)):
+            here = np.stack([s[c][: min(len(t[c]) for t in signals)] for s in signals], axis=1)
+            n = len(here)
             # The unit rows are the priors, in standard deviations.
             basis, _ = np.linalg.qr(np.vstack([own[:n], np.eye(3)]))
 
             def off_own(rows: Array, basis: Array = basis) -> Array:
-                padded = np.concatenate([rows, np.zeros((3, *rows.shape[1:]))])
+                padded = np.concatenate([rows, np.zeros((3, rows.shape[1]))])
                 return np.asarray(padded - basis @ (basis.T @ padded))
 
             weight = np.sqrt(self.setup.repeats)
             columns.append(weight * off_own(common[:n]))
-            targets.append(weight * off_own(self.setup.noise.whiten(with_causes - without)))
+            targets.append(weight * off_own(self.setup.noise.whiten(here)))
         design, target = np.concatenate(columns), np.concatenate(targets)
         theta, *_ = np.linalg.lstsq(design, target)
-        return float(np.linalg.norm(target - design @ theta))
+        left = target - design @ theta
+        return np.asarray(left.T @ left)
 
 
 def distance(
@@ -89,7 +137,7 @@ def distance(
     d^2 = min over theta of |W (F_with - F_without - J theta)|^2 + |theta/std|^2, where theta holds the
     rig's four constants under their priors and, for each trial, velocity, pretension and trigger time.
     The best method there is confuses two explanations at distance d with probability Q(d/2).
-    The minimum is linearised about the true rig, so a large distance is an upper bound.
+    The minimum is found by Gauss-Newton steps that keep the derivatives at the true rig; it is an upper bound.
     """
     return (tangents or Tangents(world, setup)).distance(signature(world, setup, causes))
 

@@ -12,7 +12,10 @@ from acf_jax.worlds.mujoco_world.scene import AbstractSceneCause, Scene
 
 @dataclass(frozen=True)
 class EndStop(AbstractSceneCause):
-    """A motor presses the mass with share F_P on the limit at x = 0; contact starts at (1 - held) F_P."""
+    """A motor presses the mass with F_P on the limit at x = 0; contact starts at (1 - held) F_P.
+
+    When the contact, its face at rest, has reached F_P, a valve lowers the motor to share F_P.
+    """
 
     component: ClassVar[str] = "actuator"
 
@@ -30,4 +33,5 @@ class EndStop(AbstractSceneCause):
         scene.x.limited = mujoco.mjtLimited.mjLIMITED_TRUE
         scene.x.range = [0.0, 1.0]
         scene.x.solref_limit = [5e-5, 1.0]
-        scene.add_motor("x", -self.share, lambda time: np.full_like(time, scene.impact.f_p))
+        f_p, rate = scene.impact.f_p, scene.rig.k_c * scene.impact.v_e
+        scene.add_motor("x", -1.0, lambda t: np.where(t < self.held * f_p / rate, f_p, self.share * f_p))

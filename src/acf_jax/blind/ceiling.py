@@ -1,0 +1,72 @@
+"""How often the best method there is would name a weak effect: a miss is told from an impossibility."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from acf_jax.blind.plan import SHARES, WEAK
+from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error
+from acf_jax.worlds import AbstractCause, AbstractWorld, Case, Setup, find_world, signature
+from acf_jax.worlds.distance import Tangents
+
+FORMS = 4  # that each effect is drawn in
+SMALL = 0.05  # size at which a form is drawn: its signature is taken as proportional to its size
+SIZES = np.exp(np.linspace(np.log(WEAK[0]), np.log(60.0), 12))  # whitened distances that an effect may have
+DRAWS = 4000  # of the noise
+
+
+def ceiling(case: Case) -> float:
+    """Probability that the Bayes decision between no effect and every single effect finds the case's.
+
+    It is told what no user knows: the rig about which to linearise, the noise, how often each cause comes, and the very
+    form of the true one. Every other effect comes in forms drawn from the world, each at any size. Signals are
+    whitened, and projected off what nominal parameters and nuisances can imitate. An effect that the best method
+    confuses with the true signal more than one time in ten counts as found.
+    """
+    world, setup = find_world("scipy"), case.setup
+    (true,) = case.causes
+    tangents = Tangents(world, setup)
+    lasting = [time for time, *_ in signature(find_world(case.world), setup, list(case.causes.values()))]
+    rng = np.random.default_rng(case.seed)
+    labels = [true]
+    signals = [_signal(find_world(case.world), setup, list(case.causes.values()), lasting)]
+    for name in world.causes("library"):
+        for seed in rng.integers(2**31, size=FORMS).tolist():
+            labels.append(name)
+            signals.append(_signal(world, setup, [world.draw(name, seed, setup.rig, SMALL)], lasting))
+    return decide(tangents.gram(signals), labels, case.distance, rng)
+
+
+def _signal(
+    world: AbstractWorld, setup: Setup, causes: Sequence[AbstractCause], lasting: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """What the causes change in the sensed force of each condition at the times of `lasting`, N."""
+    changes = []
+    for impact, time in zip(setup.conditions, lasting, strict=True):
+        force = world.respond(setup.rig, causes, impact, time, after_loss=np.inf).sensed
+        without = world.respond(setup.rig, [], impact, time, after_loss=np.inf).sensed
+        changes.append(force - without[: force.size])
+    return changes
+
+
+def decide(gram: np.ndarray, labels: Sequence[str], size: float, rng: np.random.Generator) -> float:
+    """How often the first signal's label, or one that it can be taken for, is named.
+
+    `gram`: the inner products (k, k) of all signals. `size`: whitened distance of the first.
+    """
+    lengths = np.sqrt(np.diag(gram))
+    keep = lengths > 1e-9
+    keep[0] = True
+    cosine = gram[np.ix_(keep, keep)] / np.outer(lengths[keep], lengths[keep])
+    names = np.array(labels)[keep]
+    values, vectors = np.linalg.eigh(cosine)
+    noise = rng.standard_normal((DRAWS, len(values))) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    seen = size * cosine[0] + noise  # (draws, signals): along each direction, of unit noise
+    likelihood = np.exp(seen[..., None] * SIZES - SIZES**2 / 2).mean(-1)
+    kinds = sorted(set(names))
+    score = np.stack([likelihood[:, names == kind].mean(1) for kind in kinds], 1)
+    score *= SHARES["single"] / len(kinds)
+    best = np.where(score.max(1) > SHARES["none"], score.argmax(1), -1)
+    apart = size * np.sqrt(np.maximum(1 - np.maximum(cosine[0], 0.0) ** 2, 0.0))
+    same = [k for k, kind in enumerate(kinds) if bayes_error(apart[names == kind].min()) > BAYES_ERROR]
+    return float(np.isin(best, [kinds.index(labels[0]), *same]).mean())

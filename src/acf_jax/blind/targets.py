@@ -1,0 +1,69 @@
+"""What a trustworthy diagnosis has to reach on blind data."""
+
+from typing import Any, NamedTuple
+
+
+class Target(NamedTuple):
+    """One line of the score: what was asked for and what came out."""
+
+    name: str
+    asked: str
+    reached: str
+    met: bool | None  # None: no such case
+
+
+def targets(score: dict[str, Any]) -> list[Target]:
+    """The targets in the order of the score's table."""
+    weak, ceiling = score["weak"]["first"], score["weak"]["ceiling"]
+    calibration, shrinkage = score["calibration"], score["shrinkage"]
+    beyond = calibration["expected_error"] - calibration["by_chance_95"] if calibration else None
+    relative = weak["share"] / ceiling if ceiling and weak["n"] else None
+    return [
+        _at_least("clear single effects in the credible set", score["clear"]["covered"], 0.98),
+        _at_least(
+            "clear single effects first, or in one class with the first", score["clear"]["first"], 0.97
+        ),
+        Target(
+            "weak single effects first or in one class, over the ceiling",
+            "at least 95 %",
+            f"{relative:.0%} ({weak['right']}/{weak['n']}, ceiling {ceiling:.2f})"
+            if relative is not None
+            else "-",
+            None if relative is None else relative >= 0.95,
+        ),
+        _at_least("pairs with both effects in the first explanation", score["pair"]["both_first"], 0.75),
+        _at_least("pairs with at least one of them first", score["pair"]["one_first"], 0.97),
+        _at_most("false alarms without any effect", score["none"]["false_alarms"], 0.05),
+        _at_least("unknown causes recalled", score["unknown"]["recalled"], 0.90),
+        _at_least("unknown causes at the right component", score["unknown"]["component"], 0.80),
+        Target(
+            "expected calibration error beyond chance",
+            "at most 0.05",
+            f"{beyond:+.3f} ({calibration['expected_error']:.3f}, chance {calibration['by_chance_95']:.3f})"
+            if beyond is not None
+            else "-",
+            None if beyond is None else beyond <= 0.05,
+        ),
+        _at_least("real shrinkage inside the claimed interval", shrinkage["inside"], 0.90)
+        if shrinkage
+        else Target("real shrinkage inside the claimed interval", "at least 90 %", "-", None),
+    ]
+
+
+def _at_least(name: str, share: dict[str, Any], asked: float) -> Target:
+    return Target(
+        name, f"at least {asked:.0%}", _shown(share), None if not share["n"] else share["share"] >= asked
+    )
+
+
+def _at_most(name: str, share: dict[str, Any], asked: float) -> Target:
+    return Target(
+        name, f"at most {asked:.0%}", _shown(share), None if not share["n"] else share["share"] <= asked
+    )
+
+
+def _shown(share: dict[str, Any]) -> str:
+    if not share["n"]:
+        return "-"
+    low, high = share["ci95"]
+    return f"{share['share']:.1%} ({share['right']}/{share['n']}; 95 %: {low:.0%} to {high:.0%})"

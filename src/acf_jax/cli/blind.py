@@ -1,0 +1,133 @@
+"""`python -m acf_jax blind`: check the diagnosis on data whose cause is withheld."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from acf_jax.blind.campaign import Report
+
+EXAMPLES = """
+\b
+Examples:
+  python -m acf_jax blind --out blind --cases 20
+  python -m acf_jax blind seal my_sets
+  python -m acf_jax blind score my_sets --out my_score
+"""
+WORKERS = click.option(
+    "--workers", default=2, show_default=True, type=click.IntRange(min=1), help="Processes that diagnose."
+)
+
+
+@click.group(epilog=EXAMPLES, invoke_without_command=True)
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for data sets, diagnoses and score.")
+@click.option(
+    "--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Of all that is drawn."
+)
+@click.option("--cases", default=40, show_default=True, type=click.IntRange(min=4), help="Data sets to draw.")
+@click.option(
+    "--world",
+    "worlds",
+    multiple=True,
+    default=["scipy", "mujoco"],
+    show_default=True,
+    help="Engines that take turns.",
+)
+@WORKERS
+@click.pass_context
+def command(
+    context: click.Context, out: Path | None, seed: int, cases: int, worlds: tuple[str, ...], workers: int
+) -> None:
+    """Check the diagnosis on data sets whose cause is withheld.
+
+    Draws data sets with a hidden cause from engines that share no code with the fitted simulator, seals the answers,
+    diagnoses each as a user would, opens the seal and scores. A run that was stopped goes on where it was.
+    """
+    if context.invoked_subcommand:
+        return
+    from acf_jax.errors import InputError
+
+    if out is None:
+        raise InputError("--out: is missing; name a folder for the run")
+    from acf_jax.blind.campaign import describe, make
+
+    sets = out / "sets"
+    describe(sets, {"seed": seed, "cases": cases, "worlds": list(worlds)})
+    with _progress() as report:
+        make(sets, seed, cases, worlds, workers, report)
+    _score(sets, out / "results", workers)
+
+
+@command.command(epilog="Example: python -m acf_jax blind seal my_sets")
+@click.argument("folder", type=click.Path(path_type=Path))
+def seal(folder: Path) -> None:
+    """Seal the answer.yaml beside each data set of FOLDER, before anyone diagnoses them."""
+    from acf_jax.blind.seal import seal_folder
+
+    click.echo(f"sealed, SHA-256 {seal_folder(folder)}")
+
+
+@command.command(epilog="Example: python -m acf_jax blind score my_sets --out my_score")
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for diagnoses and score.")
+@WORKERS
+def score(folder: Path, out: Path, workers: int) -> None:
+    """Diagnose every data set of FOLDER that has no diagnosis in OUT yet, then open the answers and score.
+
+    The answers are those under the seal of FOLDER, or an answer.yaml beside each data set: `effects: [...]`, and
+    `components: [...]` where the cause lies outside the library.
+    """
+    _score(folder, out, workers)
+
+
+def _score(folder: Path, results: Path, workers: int) -> None:
+    import json
+
+    from acf_jax.blind.campaign import diagnose_all
+    from acf_jax.blind.page import score_page
+    from acf_jax.blind.seal import SEAL, open_answers
+    from acf_jax.blind.summary import summarise
+    from acf_jax.blind.table import lines
+    from acf_jax.cli._start import start_jax
+    from acf_jax.files import read_text, write_text
+
+    if (folder / SEAL).exists():
+        click.echo(f"answers sealed, SHA-256 {json.loads(read_text(folder / SEAL))['sha256']}")
+    with _progress() as report:
+        names = diagnose_all(folder, results, workers, report)
+    answers = open_answers(folder, results, names)
+    start_jax()
+    from acf_jax.blind.score import score_one
+
+    rows = [score_one(folder / name, results / name, answers[name]) for name in names]
+    summary = summarise(rows)
+    write_text(results / "score.json", json.dumps({"score": summary, "rows": rows}, indent=1) + "\n")
+    text = lines(rows, summary)
+    write_text(results / "score.txt", text)
+    write_text(results / "score.html", score_page(folder.name, rows, summary))
+    click.echo(text)
+    click.echo(f"{results / 'score.html'}: open it in a browser")
+
+
+@contextmanager
+def _progress() -> Iterator["Report"]:
+    """A bar for each stage on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield lambda stage, done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress, TaskID
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        tasks: dict[str, TaskID] = {}
+
+        def report(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(stage, total=total)
+            bar.update(tasks[stage], completed=done)
+
+        yield report

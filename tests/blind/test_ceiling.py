@@ -1,0 +1,17 @@
+import numpy as np
+import pytest
+
+from acf_jax.blind.ceiling import decide
+
+
+@pytest.mark.parametrize(("size", "low", "high"), [(0.1, 0.0, 0.05), (12.0, 0.97, 1.0)])
+def test_a_signal_of_its_own_is_named_as_far_as_it_can_be_seen(size, low, high):
+    gram = np.eye(4)
+    assert low <= decide(gram, ["a", "b", "c", "d"], size, np.random.default_rng(0)) <= high
+
+
+def test_an_effect_of_the_same_signal_counts_as_found():
+    same = np.array([[1.0, 1.0], [1.0, 1.0]])
+    apart = np.eye(2)
+    rng = np.random.default_rng(0)
+    assert decide(same, ["a", "b"], 6.0, rng) == pytest.approx(decide(apart, ["a", "b"], 6.0, rng), abs=0.05)

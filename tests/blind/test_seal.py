@@ -1,0 +1,61 @@
+import json
+
+import pytest
+
+from acf_jax.blind.seal import open_answers, seal_folder
+from acf_jax.errors import InputError
+
+
+@pytest.fixture
+def sealed(tmp_path):
+    sets, results = tmp_path / "sets", tmp_path / "results"
+    for name, cause in (("a", "gravity"), ("b", "sensor_lag")):
+        (sets / name).mkdir(parents=True)
+        (sets / name / "answer.yaml").write_text(f"effects: [{cause}]\n")
+    digest = seal_folder(sets)
+    for name in ("a", "b"):
+        (results / name).mkdir(parents=True)
+        (results / name / "diagnosis.json").write_text("{}")
+    return sets, results, digest
+
+
+def test_answers_vanish_under_the_seal_and_come_back(sealed):
+    sets, results, digest = sealed
+    assert not list(sets.glob("*/answer.yaml"))
+    assert b"gravity" not in (sets / "answers.sealed").read_bytes()
+    assert json.loads((sets / "seal.json").read_text())["sha256"] == digest
+    assert open_answers(sets, results, ["a", "b"]) == {
+        "a": {"effects": ["gravity"]},
+        "b": {"effects": ["sensor_lag"]},
+    }
+    assert open_answers(sets, results, ["a", "b"])["a"] == {"effects": ["gravity"]}
+
+
+def test_changed_answers_are_refused(sealed):
+    sets, results, _ = sealed
+    (sets / "answers.sealed").write_bytes(b"other")
+    with pytest.raises(InputError, match="answers were changed"):
+        open_answers(sets, results, ["a", "b"])
+
+
+def test_an_answer_given_after_the_opening_is_refused(sealed):
+    sets, results, _ = sealed
+    open_answers(sets, results, ["a", "b"])
+    (results / "b" / "diagnosis.json").write_text('{"verdict": "identified"}')
+    with pytest.raises(InputError, match="opened before b was diagnosed"):
+        open_answers(sets, results, ["a", "b"])
+
+
+def test_a_diagnosis_older_than_the_seal_is_refused(sealed):
+    sets, results, _ = sealed
+    seal = json.loads((sets / "seal.json").read_text())
+    (sets / "seal.json").write_text(json.dumps({**seal, "sealed_at": seal["sealed_at"] + 3600}))
+    with pytest.raises(InputError, match="is older than the seal"):
+        open_answers(sets, results, ["a", "b"])
+
+
+def test_a_folder_without_answers_or_sealed_twice_is_refused(sealed, tmp_path):
+    with pytest.raises(InputError, match="no answers to seal"):
+        seal_folder(tmp_path)
+    with pytest.raises(InputError, match="sealed already"):
+        seal_folder(sealed[0])
