@@ -19,6 +19,8 @@ class Spent(NamedTuple):
 def run_python(arguments: Sequence[str], environment: Mapping[str, str]) -> Spent:
     """Run `python ARGUMENTS` with these additions to the environment.
 
+    On Linux a process starts out with the largest memory that its parent had: call this from a small one.
+
     **Raises:** `CalledProcessError` when it fails; what it printed to stderr has been seen by then.
     """
     command = [sys.executable, *arguments]
