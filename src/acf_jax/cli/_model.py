@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from acf_jax.contact.model import ContactModel
 
 IMPACT = ("v_e", "f_p")
-HELP = "A rig's YAML file (rig: {m, d, k_f, k_c}; relative_std: ... may stand beside it), or a diagnosis' model.json."
+HELP = "A rig's YAML file (rig, and if known relative_std and tried), or a diagnosis' model.json."
 
 
 class ModelFile:
@@ -26,6 +26,7 @@ class ModelFile:
         self.path, self.surrogate = path, surrogate
         self.rig: dict[str, float] = {}
         self.relative_std = dict(relative_std or {})
+        self.tried: tuple[tuple[float, float], tuple[float, float]] | None = None
         faults: list[str] = []
         if path.is_dir():
             self.path = path / "model.json"  # a diagnosis' folder
@@ -65,7 +66,7 @@ class ModelFile:
             from acf_jax.surrogate import load_surrogate
 
             surrogate = load_surrogate(None if str(self.surrogate) == "shipped" else self.surrogate)
-        return of_rig(self.rig, self.relative_std, surrogate, str(self.path))
+        return of_rig(self.rig, self.relative_std, surrogate, self.tried, str(self.path))
 
     def _check_json(self) -> list[str]:
         try:
@@ -87,11 +88,18 @@ class ModelFile:
             if name not in (*RIG, *IMPACT)
         ]
         try:
-            given = read_yaml_mapping(self.path).get("relative_std", {})
+            content = read_yaml_mapping(self.path)
         except InputError as error:
             return error.faults + asked
+        given = content.get("relative_std", {})
         self.rig, faults = read_rig(self.path)
         faults += asked
+        faults += [
+            f"{self.path} {key}: is not known; use rig, relative_std and tried"
+            for key in content
+            if key not in ("rig", "relative_std", "tried")
+        ]
+        faults += self._read_tried(content.get("tried"))
         if not isinstance(given, Mapping):
             return [*faults, f"{self.path} relative_std: must hold `name: share` pairs; correct it"]
         self.relative_std = dict(given) | self.relative_std
@@ -100,6 +108,24 @@ class ModelFile:
             for name, value in given.items()
             if (fault := _share_fault(name, value))
         ]
+
+    def _read_tried(self, given: Any) -> list[str]:
+        if given is None:
+            return []
+        remedy = "write tried: {v_e: [low, high], f_p: [low, high]}"
+        if not isinstance(given, Mapping) or set(given) != set(IMPACT):
+            return [f"{self.path} tried: must name v_e and f_p; {remedy}"]
+        ranges = {name: given[name] for name in IMPACT}
+        wrong = [name for name, r in ranges.items() if not _is_range(r)]
+        if not wrong:
+            (v_low, v_high), (f_low, f_high) = ranges.values()
+            self.tried = (float(v_low), float(v_high)), (float(f_low), float(f_high))
+        return [f"{self.path} tried.{name}: must be two numbers, the lower first; {remedy}" for name in wrong]
+
+
+def _is_range(value: Any) -> bool:
+    numbers = isinstance(value, list) and len(value) == 2 and all(isinstance(x, int | float) for x in value)
+    return numbers and 0 <= value[0] < value[1] < math.inf
 
 
 def _share_fault(name: Any, value: Any) -> str | None:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from acf_jax.contact.model import ContactModel, Variant
+from acf_jax.contact.model import ContactModel, Range, Variant
 from acf_jax.contact.peak import RIG, AbstractPeak, ClosedForm, Learned, Simulated
 from acf_jax.dataset import Measurement
 from acf_jax.diagnosis.model_file import GapModel
@@ -20,9 +20,13 @@ def of_rig(
     rig: Mapping[str, float],
     relative_std: Mapping[str, float],
     surrogate: Surrogate | None = None,
+    tried: tuple[Range, Range] | None = None,
     source: str = "rig",
 ) -> ContactModel:
-    """The paper's model at given values, each with a relative standard deviation (zero where none is given)."""
+    """The paper's model at given values, each with a relative standard deviation (zero where none is given).
+
+    `tried`: lowest and highest v_e and f_p that measurements stand behind, where there are any.
+    """
     theta = np.array([float(rig[name]) for name in RIG])
     peak: AbstractPeak = ClosedForm() if surrogate is None else Learned(surrogate)
     names = (*RIG, *IMPACT)
@@ -33,7 +37,7 @@ def of_rig(
         others=(),
         relative=np.array([float(relative_std.get(name, 0.0)) for name in names]),
         form_error=0.0,
-        tried=None,
+        tried=tried,
         source=source,
     )
 

@@ -1,0 +1,127 @@
+"""Designs against closed forms, dense grids and draws."""
+
+import numpy as np
+import pytest
+
+from acf_jax.contact.body import WALL
+from acf_jax.contact.model import draw_forces
+from acf_jax.contact.read import of_diagnosis, of_rig
+from acf_jax.design.landscape import landscape
+from acf_jax.design.remedy import Infeasible
+from acf_jax.design.solve import Design, design
+from acf_jax.design.task import make_task, upper_forces
+from acf_jax.surrogate import load_surrogate
+from tests.corrected import gap_model
+
+IDEAL = {"m": 4.0, "d": 0.0, "k_f": 0.0, "k_c": 175561.0}
+RIG = {"m": 4.0, "d": 60.0, "k_f": 2000.0, "k_c": 175561.0}
+STD = {"m": 0.02, "k_c": 0.05, "v_e": 0.005, "f_p": 0.01}
+
+
+def solved(*arguments: object, **options: int) -> Design:
+    found = design(make_task(*arguments), **options)  # type: ignore[arg-type]
+    assert isinstance(found, Design)
+    assert found.upper <= found.task.limit
+    return found
+
+
+def test_highest_speed_is_the_papers_inverse() -> None:
+    # d = k_F = 0: F_max^2 = F_P^2 + k_C m v^2
+    found = solved(of_rig(IDEAL, {}), {"v_e": (0.0, 2.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.95)
+    exact = np.sqrt((250**2 - 100**2) / (IDEAL["m"] * IDEAL["k_c"]))
+    assert found.z[-2] == pytest.approx(exact, rel=1e-12)
+    assert found.goal_per_newton == pytest.approx(250 / (IDEAL["m"] * IDEAL["k_c"] * exact), rel=1e-6)
+    assert found.at_limit and found.upper == pytest.approx(250.0, rel=1e-13)
+
+
+def test_highest_process_force_is_exact() -> None:
+    found = solved(
+        of_rig(IDEAL, {}), {"f_p": (0.0, 400.0)}, {"v_e": 0.2}, "highest_process_force", 250.0, 0.95
+    )
+    assert found.z[-1] == pytest.approx(np.sqrt(250**2 - IDEAL["m"] * IDEAL["k_c"] * 0.04), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "goal, fixed", [("fastest", {}), ("highest_process_force", {"v_e": 0.3}), ("widest_margin", {"v_e": 0.3})]
+)
+def test_no_point_of_a_dense_grid_is_better(goal: str, fixed: dict[str, float]) -> None:
+    ranges = {"f_p": (80.0, 230.0), "k_c": (5e4, 3e5)} | ({} if fixed else {"v_e": (0.01, 1.0)})
+    found = solved(of_rig(RIG, STD), ranges, fixed, goal, 250.0, 0.95, starts=8)
+    axes = [np.linspace(low, high, 25) for low, high in ranges.values()]
+    grid = np.stack([g.ravel() for g in np.meshgrid(*axes)], axis=-1)
+    z = np.tile(found.z, (len(grid), 1))
+    z[:, list(found.task.free)] = grid
+    upper, _, exists = upper_forces(found.task.model, z, found.factor)
+    allowed = z[exists & (upper <= 250.0)]
+    if goal == "widest_margin":
+        assert found.upper <= upper.min() * (1 + 1e-9)
+    else:
+        entry = {"fastest": -2, "highest_process_force": -1}[goal]
+        assert allowed[:, entry].max() <= found.z[entry] * (1 + 1e-9)
+    assert found.better == 0 and found.search.worse == 0
+
+
+def test_stated_probability_holds_among_draws_of_another_seed() -> None:
+    found = solved(of_rig(RIG, STD), {"v_e": (0.0, 2.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.9)
+    force, _ = draw_forces(found.task.model, found.z, WALL, 40_000, seed=99)
+    assert 0.9 - 0.003 <= (force <= 250.0).mean() <= 0.9 + 0.02
+    assert 0.9 - 0.01 <= found.probability <= 0.9 + 0.02
+
+
+def test_margin_is_shared_out_and_the_contact_costs_most() -> None:
+    found = solved(of_rig(RIG, STD), {"v_e": (0.0, 2.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.95)
+    assert sum(row.margin for row in found.sensitivities) == pytest.approx(found.upper - found.force)
+    assert found.sensitivities[0].name == "k_c"
+    # sqrt(k_C m) is what the peak knows: 1 % of m and of k_C cost the same for small d and k_F
+    per_percent = {row.name: row.per_percent for row in found.sensitivities}
+    assert per_percent["m"] == pytest.approx(per_percent["k_c"], rel=0.01)
+
+
+def test_infeasible_names_the_least_force_and_remedies_that_work() -> None:
+    model = of_rig(RIG, STD)
+    ranges = {"v_e": (0.5, 1.0), "f_p": (80.0, 120.0)}
+    found = design(make_task(model, ranges, {}, "fastest", 250.0, 0.95), starts=8)
+    assert isinstance(found, Infeasible)
+    assert found.z[-2:] == pytest.approx([0.5, 80.0]) and found.upper > 250
+    remedies = {r.name: r.needed for r in found.remedies}
+    assert {"limit", "v_e", "k_c", "m"} <= set(remedies) and "f_p" not in remedies
+    better = {"v_e": (remedies["v_e"], 1.0), "f_p": (80.0, 120.0)}
+    again = design(make_task(model, better, {}, "fastest", 250.0 * (1 + 1e-3), 0.95), starts=8)
+    assert isinstance(again, Design)
+
+
+def test_a_goal_at_its_ranges_end_leaves_the_widest_margin() -> None:
+    ranges = {"v_e": (0.05, 0.1), "k_c": (5e4, 3e5)}
+    found = solved(of_rig(RIG, STD), ranges, {"f_p": 80.0}, "fastest", 250.0, 0.95, starts=8)
+    assert found.z[-2] == 0.1 and found.z[3] == 5e4 and not found.at_limit
+
+
+def test_a_model_without_a_peak_is_not_feasible() -> None:
+    stuck = of_rig({"m": 4.0, "d": 1200.0, "k_f": 9000.0, "k_c": 2e4}, {})
+    task = make_task(stuck, {"v_e": (0.5, 1.0), "f_p": (0.0, 20.0)}, {}, "fastest", 5000.0, 0.95)
+    found = design(task, starts=8)
+    assert isinstance(found, Infeasible) and not found.has_peak
+
+
+def test_corrected_model_and_surrogate_are_designed_with_alike() -> None:
+    corrected = of_diagnosis(gap_model())
+    found = solved(corrected, {"v_e": (0.05, 0.35)}, {"f_p": 70.0}, "fastest", 110.0, 0.95, draws=1024)
+    force, _ = draw_forces(corrected, found.z, WALL, 2000, seed=5)
+    assert (force <= 110.0).mean() > 0.93
+    learned = of_rig(RIG, {}, load_surrogate())
+    exact = of_rig(RIG, {})
+    a, b = (
+        solved(m, {"v_e": (0.02, 1.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.95).z[-2]
+        for m in (exact, learned)
+    )
+    assert b <= a and b == pytest.approx(a, rel=1e-6)
+
+
+def test_landscape_shows_the_limit_where_the_design_is() -> None:
+    found = solved(
+        of_rig(RIG, STD), {"v_e": (0.05, 1.0), "f_p": (80.0, 120.0)}, {}, "fastest", 250.0, 0.95, starts=4
+    )
+    space = landscape(found, points=9)
+    assert space.names == ("v_e", "f_p") and space.upper.shape == (9, 9)
+    assert space.optimum == (found.z[-2], found.z[-1])
+    assert (np.diff(space.upper, axis=1) > 0).all()
