@@ -304,3 +304,21 @@ def test_one_faulty_trial_among_hundreds():
     dataset = with_trial(replace(dataset, trials=many), 123, replace(many[123], pretension=100.0))
     assert many[123].pretension == 60.0
     assert list(assess_dataset(dataset).excluded) == [many[123].name]
+
+
+def test_a_fault_that_all_trials_of_a_condition_share_is_the_rig():
+    dataset = made_up(0)
+    group = max(dataset.conditions.values(), key=len)
+    assert len(group) > 1
+
+    def spiked(trial):
+        force = trial.trace.force.copy()
+        force[len(force) // 2] += 400.0
+        return with_force(trial, force)
+
+    trials = tuple(spiked(t) if i in group else t for i, t in enumerate(dataset.trials))
+    quality = assess_dataset(replace(dataset, trials=trials))
+    assert quality.excluded == {}
+    assert any("all trials of one condition look faulty" in warning for warning in quality.warnings)
+    alone = tuple(spiked(t) if i == group[0] else t for i, t in enumerate(dataset.trials))
+    assert len(assess_dataset(replace(dataset, trials=alone)).excluded) == 1

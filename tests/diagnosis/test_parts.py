@@ -8,7 +8,7 @@ from acf_jax.dataset import Noise, Prior, RigPrior
 from acf_jax.diagnosis.experiment import error_probability
 from acf_jax.diagnosis.observe import whiten
 from acf_jax.diagnosis.sample import at_times, peak_of, taps
-from acf_jax.diagnosis.score import HIGHEST, Scored, credible_set, probabilities
+from acf_jax.diagnosis.score import HIGHEST, Evidence, Scored, credible_set, probabilities
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
 
 RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
@@ -67,23 +67,19 @@ def test_error_probability_against_sampling() -> None:
     assert error_probability(p, q, 0.0) == pytest.approx(q / (p + q))
 
 
-class _Fit:
-    def __init__(self, explanation: tuple[str, ...], objective: float):
-        self.explanation, self.objective, self.u = explanation, objective, np.zeros(4)
+def _probabilities(chi_square: tuple[float, ...]) -> np.ndarray:
+    names = [(), ("gravity",), ("coulomb_friction",), ("unknown_actuator",)]
+    rest = (0.0,) * 4
+    return probabilities([Evidence(e, x, rest) for e, x in zip(names, chi_square, strict=True)], 1000)
 
 
 def test_probabilities_follow_the_evidence_and_are_never_certain() -> None:
-    names = [(), ("gravity",), ("coulomb_friction",), ("unknown_actuator",)]
-    same = probabilities([_Fit(e, 500.0) for e in names], 1000)  # type: ignore[misc]
+    same = _probabilities((1000.0, 1000.0, 1000.0, 1000.0))
     assert same.argmax() == 0 and same.sum() == pytest.approx(1.0)
-    clear = probabilities(
-        [_Fit(e, o) for e, o in zip(names, (5000.0, 500.0, 700.0, 499.0), strict=True)], 1000
-    )  # type: ignore[misc]
+    clear = _probabilities((10000.0, 1000.0, 1400.0, 998.0))
     assert clear.argmax() == 1
     assert clear.max() <= HIGHEST + 1e-12
-    outside = probabilities(
-        [_Fit(e, o) for e, o in zip(names, (50000.0, 20000.0, 30000.0, 500.0), strict=True)], 1000
-    )  # type: ignore[misc]
+    outside = _probabilities((100000.0, 40000.0, 60000.0, 1000.0))
     assert outside.argmax() == 3
 
 

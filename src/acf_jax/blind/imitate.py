@@ -8,7 +8,7 @@ import numpy as np
 from acf_jax.dataset import GapDataset, Measurement, Noise, Prior, RigPrior, Trace, Trial, assess_dataset
 from acf_jax.diagnosis.candidates import fit_single
 from acf_jax.diagnosis.observe import Observations, observe
-from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error
+from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error, misfit
 from acf_jax.effects import library
 from acf_jax.worlds import Case, find_world
 
@@ -27,7 +27,7 @@ def imitators(case: Case, without: str = "") -> dict[str, float]:
     for name in library():
         if name != without:
             fitted = fit_single(observations, name)
-            errors[name] = bayes_error(float(np.sqrt(2 * fitted.objective)))
+            errors[name] = bayes_error(np.sqrt(max(0.0, misfit(fitted))))
     return {name: round(error, 4) for name, error in errors.items() if error > BAYES_ERROR}
 
 

@@ -1,6 +1,7 @@
 """Data quality: what a look at the trials says before anything is fitted."""
 
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,7 +88,7 @@ def assess_dataset(dataset: GapDataset) -> Quality:
         faults = (agreement.fault,) if agreement.fault else ()
         offset = onsets[i] if agreement.trigger_offset is None else agreement.trigger_offset
         together[i] = replace(alone[i], trigger_offset=offset, faults=faults)
-    excluded, shared = _exclude(together)
+    excluded, shared = _exclude(together, dataset.conditions.values())
     sound = [t.trace for t in dataset.trials if t.trace and t.name not in excluded]
     estimate = fit_noise(sound) or difference_noise(sound)
     noise = _choose_noise(dataset, estimate)
@@ -131,16 +132,26 @@ def _onset_offsets(trials: list[TrialQuality]) -> list[float | None]:
     return [float(x) if np.isfinite(x) else None for x in late]
 
 
-def _exclude(trials: list[TrialQuality]) -> tuple[dict[str, str], list[str]]:
-    """The faulty trials with their reasons; what many trials share is how the rig is, and a warning."""
+def _exclude(
+    trials: list[TrialQuality], conditions: Iterable[Sequence[int]]
+) -> tuple[dict[str, str], list[str]]:
+    """The faulty trials with their reasons; what many share, or all of one condition, is the rig, and a warning."""
     faulty = {trial.name: "; ".join(trial.faults) for trial in trials if trial.faults}
-    if len(faulty) <= max(1, len(trials) // 4) and len(trials) - len(faulty) >= 3:
-        return faulty, []
-    examples = "; ".join(f"{name}: {reason}" for name, reason in list(faulty.items())[:3])
-    return {}, [
-        f"{len(faulty)} of {len(trials)} trials look faulty, too many to leave out: all are kept"
-        f" (for example {examples}); check sensor, cable and labels"
-    ]
+    if len(faulty) > max(1, len(trials) // 4) or len(trials) - len(faulty) < 3:
+        examples = "; ".join(f"{name}: {reason}" for name, reason in list(faulty.items())[:3])
+        return {}, [
+            f"{len(faulty)} of {len(trials)} trials look faulty, too many to leave out: all are kept"
+            f" (for example {examples}); check sensor, cable and labels"
+        ]
+    warnings = []
+    for group in conditions:
+        names = [trials[i].name for i in group]
+        if len(group) > 1 and all(name in faulty for name in names):
+            reasons = [faulty.pop(name) for name in names]
+            warnings.append(
+                f"all trials of one condition look faulty and are kept, as they agree ({_list(names)}: {reasons[0]})"
+            )
+    return faulty, warnings
 
 
 def _choose_noise(dataset: GapDataset, estimate: Noise | None) -> Noise:

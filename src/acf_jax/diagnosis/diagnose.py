@@ -18,6 +18,7 @@ from acf_jax.diagnosis.score import (
     components,
     credible_set,
     doubt,
+    evidence_of,
     explanations,
     is_port,
     probabilities,
@@ -104,7 +105,7 @@ def diagnose(
         observations = observations.subset(np.array([name not in outliers for name in observations.names]))
         recalibrated, fits = _fit_all(observations, effects, progress)
     fits = [recalibrated, *fits]
-    probability = probabilities(fits, observations.n_used)
+    probability = probabilities([evidence_of(f) for f in fits], observations.n_used)
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
     fits, probability = [fits[i] for i in order], probability[order]
     scored = explanations(fits, probability)

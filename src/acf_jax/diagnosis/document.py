@@ -6,7 +6,7 @@ import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.score import UNKNOWN
+from acf_jax.diagnosis.score import UNKNOWN, evidence_of
 from acf_jax.diagnosis.space import Explanation, parameters
 from acf_jax.diagnosis.validate import Shrinkage
 
@@ -53,6 +53,17 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
         "parameters": fitted_parameters(d.corrected),
         "absorbed": {name: _round(share) for name, share in d.absorbed.items()},
         "next_experiment": _experiment(d),
+        "evidence": {
+            "samples": d.observations.n_used,
+            "fits": [
+                {
+                    "effects": list(e.explanation),
+                    "chi_square": _round(e.chi_square),
+                    "rig_strain": [_round(s) for s in e.strain],
+                }
+                for e in map(evidence_of, d.fits)
+            ],
+        },
         "excluded_trials": [{"trial": name, "reason": reason} for name, reason in d.excluded.items()],
         "warnings": list(d.warnings),
     }

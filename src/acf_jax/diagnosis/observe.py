@@ -17,7 +17,7 @@ ONSET = (
 )
 TRIGGER = 0.5  # standard deviation of a trial's trigger time about the common one, in sampling intervals
 SHARED_SIZE = 64  # whitening matrices are kept for lengths that are multiples of it
-COMMON_TRIGGER = 0.5  # standard deviation of the delay that all triggers share, in sampling intervals
+COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -62,30 +63,46 @@ def cost(explanation: Explanation, weights: Weights = WEIGHTS) -> float:
     return weights.effect + weights.second * (len(explanation) - 1)
 
 
-def log_scores(fits: Sequence[Fit], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
-    """Unnormalised log probability of each fit, then of a nameless cause; the first fit has to be the paper's model.
+class Evidence(NamedTuple):
+    """What of a fit counts: chi-square of the data and of the trials' nuisances, and what became of the rig."""
+
+    explanation: Explanation
+    chi_square: float
+    strain: tuple[
+        float, ...
+    ]  # squared deviations of m, d, k_F, k_C from their priors, in standard deviations
+
+
+def evidence_of(fitted: Fit) -> Evidence:
+    """The evidence of a fit."""
+    strain = fitted.u[: len(RIG)] ** 2
+    return Evidence(fitted.explanation, float(2 * fitted.objective - strain.sum()), tuple(strain.tolist()))
+
+
+def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
+    """Unnormalised log probability of each explanation, the paper's model first, then of a nameless cause.
 
     The nameless cause would leave nothing but noise, here a little more than the noise as known: its size is known
     within five percent, and chi-square scatters.
     """
     noise = samples * (NOISE_MARGIN + 3 * np.sqrt(2 / samples))
-    rig = np.array([f.u[: len(RIG)] ** 2 for f in fits])
-    chi2 = np.append(2 * np.array([f.objective for f in fits]) - rig.sum(1), noise)
+    rig = np.array([e.strain for e in evidence])
+    chi2 = np.append([e.chi_square for e in evidence], noise)
     excess, gap = chi2 - chi2.min(), chi2[0] - chi2.min()
     nu = min(weights.nu, samples / SAMPLES_A_PIECE)
-    evidence = 0.5 * nu * np.log1p(excess / (nu + weights.rho_squared * gap))
+    misfit = 0.5 * nu * np.log1p(excess / (nu + weights.rho_squared * gap))
     strained = 0.5 * PRIOR_FREEDOM * np.log1p(rig / PRIOR_FREEDOM).sum(1)
-    costs = [cost(f.explanation, weights) for f in fits]
-    return -evidence - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
+    costs = [cost(e.explanation, weights) for e in evidence]
+    return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 
 
-def probabilities(fits: Sequence[Fit], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
-    """Probability of each fit, shape (fits,), none above `HIGHEST`; a nameless cause counts with the ports."""
-    score = log_scores(fits, samples, weights)
+def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
+    """Probability of each explanation, shape (n,), none above `HIGHEST`; a nameless cause counts with the ports."""
+    score = log_scores(evidence, samples, weights)
     p = np.exp(score - score.max())
     p /= p.sum()
     named = p[:-1]
-    at_ports = np.array([is_port(f.explanation) for f in fits])
+    at_ports = np.array([is_port(e.explanation) for e in evidence])
     if at_ports.any():
         # where the nameless cause acts is told by the ports, each as likely as it explains the data
         share = np.exp(score[:-1][at_ports] - score[:-1][at_ports].max())

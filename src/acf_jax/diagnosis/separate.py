@@ -12,7 +12,7 @@ from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.score import is_port
-from acf_jax.diagnosis.space import Explanation, starts
+from acf_jax.diagnosis.space import RIG, Explanation, starts
 from acf_jax.effects import library
 
 BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
@@ -29,6 +29,11 @@ class Pair:
 def bayes_error(distance: float) -> float:
     """Q(d/2): how often the best rule confuses two signals at the whitened distance d."""
     return float(norm.sf(distance / 2))
+
+
+def misfit(fitted: Fit) -> float:
+    """What a fit to noise-free forces leaves, in chi-square: the prior of an effect's own parameters does not count."""
+    return float(2 * fitted.objective - (fitted.u[len(RIG) : -1] ** 2).sum())
 
 
 def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> list[Pair]:
@@ -55,8 +60,7 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
     pairs = []
     for other in imitations:
         # the prior's cost of the true rig is paid by both
-        distance = np.sqrt(max(0.0, 2 * other.objective - own))
-        error = bayes_error(float(distance))
+        error = bayes_error(np.sqrt(max(0.0, misfit(other) - own)))
         if error > BAYES_ERROR:
             pairs.append(Pair((truth.explanation, other.explanation), error))
     return sorted(pairs, key=lambda p: -p.bayes_error)

@@ -2,8 +2,6 @@ import jax.numpy as jnp
 
 from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
 
-DAMPING_RATIO = 0.03  # of the pad on its stiffness: lightly damped, as bonded pads and backing plates are
-
 
 class PadMass(AbstractEffect):
     """A second mass (pad, backing plate) between contact and flange: m_p y'' = F_C - F_p, m x'' + ... = F_p.
@@ -20,13 +18,14 @@ class PadMass(AbstractEffect):
     frequency_hz: Scalar = shape(
         "Hz", 30.0, 1500.0, (150.0, 400.0), "its natural frequency on its own stiffness"
     )
+    damping_ratio: Scalar = shape("1", 0.01, 0.5, (0.05,), "damping ratio of the pad on its stiffness")
 
     def pad_displacement(self, own: Scalar) -> tuple[Scalar, Scalar]:
         return own[0], own[1]
 
     def _excess(self, own: Scalar) -> Scalar:
         omega_p = 2 * jnp.pi * self.frequency_hz
-        return self.mass_kg * (omega_p**2 * own[0] + 2 * DAMPING_RATIO * omega_p * own[1])
+        return self.mass_kg * (omega_p**2 * own[0] + 2 * self.damping_ratio * omega_p * own[1])
 
     def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
         pad_force = motion.f_0 + self._excess(own)

@@ -3,8 +3,6 @@ import jax.numpy as jnp
 from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
 from acf_jax.model import Impact, Rig
 
-DAMPING_RATIO = 0.05  # of the robot's structural mode
-
 
 class RobotCompliance(AbstractEffect):
     """The robot yields: a mass on a spring behind the contact, M (r'' + 2 zeta_r omega_r r' + omega_r^2 r) = -F_C.
@@ -21,6 +19,7 @@ class RobotCompliance(AbstractEffect):
         "1/kg", 0.0, 2.0, (0.01, 0.1, 0.4), 0.1, "one over the robot's mass"
     )
     frequency_hz: Scalar = shape("Hz", 2.0, 300.0, (15.0, 60.0, 40.0), "its natural frequency")
+    damping_ratio: Scalar = shape("1", 0.01, 1.0, (0.1,), "its damping ratio zeta_r")
 
     def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
         return own[0], own[1]
@@ -28,4 +27,4 @@ class RobotCompliance(AbstractEffect):
     def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
         omega_r = 2 * jnp.pi * self.frequency_hz
         driven = -self.inverse_mass_per_kg * motion.f_c
-        return jnp.stack([own[1], driven - 2 * DAMPING_RATIO * omega_r * own[1] - omega_r**2 * own[0]])
+        return jnp.stack([own[1], driven - 2 * self.damping_ratio * omega_r * own[1] - omega_r**2 * own[0]])

@@ -1,0 +1,10 @@
+"""Writes examples/rig, the data set of the documentation: `python examples/make_rig.py`."""
+
+from pathlib import Path
+
+from acf_jax.worlds import make_case, write_case
+
+if __name__ == "__main__":
+    here = Path(__file__).parent
+    case = make_case(4, ["contact_damping"], target=80.0, coloured=False)
+    write_case(case, here / "rig", here / "rig_answer.yaml")

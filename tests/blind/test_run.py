@@ -1,0 +1,67 @@
+"""A small fixed blind run from the first draw to the score, as the command line does it."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+CASES = "6"
+
+
+def blind(*arguments, check=True):
+    return subprocess.run(
+        [sys.executable, "-m", "acf_jax", "blind", *arguments],
+        capture_output=True, text=True, check=check, env={**os.environ, "PYTHONWARNINGS": "default"},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    out = tmp_path_factory.mktemp("blind") / "run"
+    arguments = ["--out", str(out), "--seed", "5", "--cases", CASES, "--world", "scipy"]
+    return out, arguments, blind(*arguments).stdout
+
+
+def test_every_answer_is_given_before_the_seal_is_opened(run):
+    out, _, printed = run
+    seal = json.loads((out / "sets" / "seal.json").read_text())
+    assert f"answers sealed, SHA-256 {seal['sha256']}" in printed
+    opened = json.loads((out / "results" / "opened.json").read_text())
+    answers = sorted((out / "results").glob("case-*/diagnosis.json"))
+    assert len(answers) == int(CASES)
+    assert all(seal["sealed_at"] < file.stat().st_mtime < opened["opened_at"] for file in answers)
+    assert not list((out / "sets").rglob("answer*.yaml"))
+
+
+def test_the_score_is_better_than_chance_and_complete(run):
+    out, _, printed = run
+    content = json.loads((out / "results" / "score.json").read_text())
+    rows = content["rows"]
+    assert len(rows) == int(CASES) and not content["score"]["errors"]
+    # fourteen explanations: a guess would be right less than once
+    assert sum(row["first_in_class"] for row in rows) >= 3
+    assert "false alarms without any effect" in printed
+    page = (out / "results" / "score.html").read_text()
+    assert "Confusion matrix" in page and "http" not in page.split("<script>")[0]
+
+
+def test_a_finished_run_is_scored_again_without_work(run):
+    out, arguments, printed = run
+    before = {f: f.stat().st_mtime for f in (out / "results").glob("case-*/*.json")}
+    assert blind(*arguments).stdout == printed
+    assert {f: f.stat().st_mtime for f in before} == before
+
+
+def test_another_run_in_the_same_folder_is_refused(run):
+    out, *_ = run
+    failed = blind("--out", str(out), "--seed", "6", "--cases", CASES, check=False)
+    assert failed.returncode == 2
+    assert "name another --out" in failed.stderr
+
+
+def test_a_folder_without_data_sets_is_refused(tmp_path):
+    failed = blind("score", str(tmp_path), "--out", str(tmp_path / "out"), check=False)
+    assert failed.returncode == 2
+    assert "holds no data sets" in failed.stderr
