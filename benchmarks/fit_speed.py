@@ -32,7 +32,8 @@ PEERS = {
 
 def own_fit(observations: Observations, explanation: Explanation) -> Fit:
     """The fit of `diagnose`, from all its starts."""
-    return fit_single(observations, explanation[0]) if explanation else fit_nominal(observations)
+    nominal = fit_nominal(observations)
+    return fit_single(observations, nominal, explanation[0]) if explanation else nominal
 
 
 def timed(call: Callable[[], Any]) -> tuple[float, Any]:

@@ -79,7 +79,7 @@ def test_predictions_end_with_contact_and_carry_uncertainty(diagnosed: Diagnosis
 def test_derivatives_of_the_objective_are_right(gravity_set: GapDataset) -> None:
     """The Gauss-Newton gradient vanishes at the optimum: a step to either side costs."""
     observations = observe(gravity_set, assess_dataset(gravity_set))
-    best = fit_single(observations, "gravity")
+    best = fit_single(observations, fit_nominal(observations), "gravity")
     for k in range(len(best.u)):
         for step in (-0.3, 0.3):
             u = best.u.copy()

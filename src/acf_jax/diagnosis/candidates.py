@@ -10,7 +10,9 @@ from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.space import Explanation, classes, component_of, coordinates, every_effect, starts
+from acf_jax.effects import library
 
+HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
 
 
@@ -19,10 +21,37 @@ def fit_nominal(observations: Observations) -> Fit:
     return fit(observations, (), np.append(observations.prior.values, 0.0))
 
 
-def fit_single(observations: Observations, name: str) -> Fit:
-    """One effect or port added to the paper's model, the best of its starts."""
+def fit_single(observations: Observations, nominal: Fit, name: str) -> Fit:
+    """One effect or port added to the paper's model, the best of its starts.
+
+    Besides the effect's own starts, which begin at the rig's prior, one begins at the recalibrated model with the
+    strength that explains most of what it leaves: a weak effect is a small step from there.
+    """
     prior = observations.prior.values
-    return best(fit(observations, (name,), np.concatenate([prior, start, [0.0]])) for start in starts(name))
+    fits = [fit(observations, (name,), np.concatenate([prior, start, [0.0]])) for start in starts(name)]
+    if name in library():
+        gain, start = promise(observations, nominal, name)
+        if gain > HINT:
+            theta = np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]])
+            fits.append(fit(observations, (name,), theta, nominal.own, warm=True))
+    return best(fits)
+
+
+def promise(observations: Observations, fitted: Fit, name: str) -> tuple[float, np.ndarray]:
+    """How much of what a fit leaves an effect explains, to first order in chi-square, and with which parameters.
+
+    A signature is the change of the simulated forces by the effect at one of its starts on the fitted rig; of the
+    residual r it may take (r' s)^2 / s' P s, with the sign that the effect allows.
+    """
+    projector = Projector.at(fitted.linear)
+    strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
+    gain, parameters = 0.0, np.array(starts(name)[0])
+    for start, signal, two_sided in signatures(observations, fitted, name):
+        # at the optimum the residuals, those of the priors included, are orthogonal to all that was fitted
+        taken, size = float((fitted.linear.residual * signal).sum()), projector.gram(signal[None])[0, 0]
+        if size > 0 and (two_sided or taken > 0) and taken**2 / size > gain:
+            gain, parameters = taken**2 / size, np.where(strengths, taken / size, 1.0) * np.array(start)
+    return gain, parameters
 
 
 def fit_more(observations: Observations, fitted: Fit, name: str) -> Fit:
@@ -38,27 +67,17 @@ def fit_more(observations: Observations, fitted: Fit, name: str) -> Fit:
 
 
 def partners(observations: Observations, fitted: Fit, effects: Sequence[str]) -> list[tuple[str, float]]:
-    """The effects by how much of what a fit leaves their signature explains, to first order in chi-square.
-
-    A signature is the change of the simulated forces by the effect at one of its starts on the fitted rig; of the
-    residual r it may take (r' s)^2 / s' P s, with the sign that the effect allows.
-    """
-    projector = Projector.at(fitted.linear)
-    gains = {}
-    for name in effects:
-        if name in fitted.explanation:
-            continue
-        gains[name] = 0.0
-        for signal, two_sided in signatures(observations, fitted, name):
-            # at the optimum the residuals, those of the priors included, are orthogonal to all that was fitted
-            taken, size = float((fitted.linear.residual * signal).sum()), projector.gram(signal[None])[0, 0]
-            if size > 0 and (two_sided or taken > 0):
-                gains[name] = max(gains[name], taken**2 / size)
-    return sorted(gains.items(), key=lambda item: -item[1])
+    """The effects by what they promise to explain of what a fit leaves, see `promise`."""
+    gains = [
+        (name, promise(observations, fitted, name)[0]) for name in effects if name not in fitted.explanation
+    ]
+    return sorted(gains, key=lambda item: -item[1])
 
 
-def signatures(observations: Observations, fitted: Fit, name: str) -> Iterator[tuple[np.ndarray, bool]]:
-    """Whitened change of the prediction by an effect at each of its starts, and whether its sign is free.
+def signatures(
+    observations: Observations, fitted: Fit, name: str
+) -> Iterator[tuple[list[float], np.ndarray, bool]]:
+    """Each start of an effect with the whitened change of the prediction, and whether the sign of its strength is free.
 
     The effect meets the fitted rig alone, but is read through the fitted sensor.
     """
@@ -78,7 +97,7 @@ def signatures(observations: Observations, fitted: Fit, name: str) -> Iterator[t
     for start in starts(name):
         changed = predict(explanation, start) - without
         if np.isfinite(changed).all():
-            yield changed, every_effect()[name].parameters()[0].low < 0
+            yield start, changed, every_effect()[name].parameters()[0].low < 0
 
 
 def best(fits: Iterable[Fit]) -> Fit:

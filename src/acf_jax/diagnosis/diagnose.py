@@ -169,7 +169,10 @@ def _fit_all(observations: Observations, effects: Sequence[str], progress: Progr
     progress("recalibrating the paper's model")
     recalibrated = candidates.fit_nominal(observations)
     progress("fitting every effect")
-    tasks = [partial(candidates.fit_single, observations, name) for (name,) in candidates.singles(effects)]
+    tasks = [
+        partial(candidates.fit_single, observations, recalibrated, name)
+        for (name,) in candidates.singles(effects)
+    ]
     fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
     alone = [f for f in fits if not is_port(f.explanation) and np.isfinite(f.objective)]

@@ -12,10 +12,8 @@ from acf_jax.diagnosis.space import RIG, Explanation, component_of
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
-NOISE_MARGIN = 1.1  # chi-square of a sample that the noise may have at most
 SAMPLES_A_PIECE = 10.0  # samples that count as one piece where there are few
 CONVINCING = 0.4  # shrinkage on unseen conditions below which an explanation is doubted
-PRIOR_FREEDOM = 8.0  # degrees of freedom of the Student prior of the rig's parameters
 HIGHEST = 0.995  # no probability is stated higher: a world outside these models always remains
 
 
@@ -36,6 +34,8 @@ class Weights:
     second: float = 8.5  # cost of each further one
     port: float = 13.0  # cost of the free discrepancy at a port
     nameless: float = 20.0  # cost of a cause that neither the library nor the ports can imitate
+    freedom: float = 8.0  # degrees of freedom of the Student prior of the rig's parameters
+    margin: float = 0.1  # by which the chi-square of a sample may exceed 1, as the noise is not known exactly
 
 
 WEIGHTS = Weights()
@@ -82,16 +82,15 @@ def evidence_of(fitted: Fit) -> Evidence:
 def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
     """Unnormalised log probability of each explanation, the paper's model first, then of a nameless cause.
 
-    The nameless cause would leave nothing but noise, here a little more than the noise as known: its size is known
-    within five percent, and chi-square scatters.
+    The nameless cause would leave nothing but noise, here a little more than the noise as known, as chi-square scatters.
     """
-    noise = samples * (NOISE_MARGIN + 3 * np.sqrt(2 / samples))
+    noise = samples * (1 + weights.margin + 3 * np.sqrt(2 / samples))
     rig = np.array([e.strain for e in evidence])
     chi2 = np.append([e.chi_square for e in evidence], noise)
     excess, gap = chi2 - chi2.min(), chi2[0] - chi2.min()
     nu = min(weights.nu, samples / SAMPLES_A_PIECE)
     misfit = 0.5 * nu * np.log1p(excess / (nu + weights.rho_squared * gap))
-    strained = 0.5 * PRIOR_FREEDOM * np.log1p(rig / PRIOR_FREEDOM).sum(1)
+    strained = 0.5 * weights.freedom * np.log1p(rig / weights.freedom).sum(1)
     costs = [cost(e.explanation, weights) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 

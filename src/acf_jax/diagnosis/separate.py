@@ -83,16 +83,16 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
     projector = Projector.at(nominal.linear)
     names, shares, signals = [], [], []
     for name, cls in library().items():
-        found = [signal for signal, _ in signatures(observations, nominal, name)]
+        found = list(signatures(observations, nominal, name))
         if not found:
             continue
-        left = np.array([projector.gram(s[None])[0, 0] for s in found])
-        whole = np.array([projector.gram_of_nuisances(s[None])[0, 0] for s in found])
-        strongest = int(np.argmax(left))
-        size = abs(starts(name)[strongest][0]) or 1.0
+        left = np.array([projector.gram(s[None])[0, 0] for _, s, _ in found])
+        whole = np.array([projector.gram_of_nuisances(s[None])[0, 0] for _, s, _ in found])
+        start, strongest, _ = found[int(np.argmax(left))]
+        size = abs(start[0]) or 1.0
         names.append(name)
         shares.append(float(np.clip(1 - (left / np.maximum(whole, 1e-12)).min(), 0.0, 1.0)))
-        signals.append(found[strongest] * (cls.parameters()[0].scale / size))
+        signals.append(strongest * (cls.parameters()[0].scale / size))
     gram = projector.gram(np.stack(signals))
     distance = np.sqrt(np.maximum(np.diag(gram), 0.0))
     cosine = gram / np.maximum(np.outer(distance, distance), 1e-12)
