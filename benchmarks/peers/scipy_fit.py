@@ -46,9 +46,9 @@ def rates(explanation: Explanation, t: float, z: Array, theta: Array, v_e: Array
         w = x_dot / v_s
         force = force - f_s * np.tanh(w) - f_st * w / (0.25 * w * w + 0.75) ** 2
     elif explanation == ("robot_compliance",):
-        inverse_mass, hz = own
+        inverse_mass, hz, zeta = own
         omega = 2 * np.pi * hz
-        extra = [y[1], -inverse_mass * f_c - 0.1 * omega * y[1] - omega**2 * y[0]]
+        extra = [y[1], -inverse_mass * f_c - 2 * zeta * omega * y[1] - omega**2 * y[0]]
     elif explanation == ("sensor_lag",):
         tau, zeta = np.maximum(own[0], FASTEST_LAG), own[1]
         extra = [y[1], ((f_c - y[0]) / tau - 2 * zeta * y[1]) / tau]
@@ -186,7 +186,7 @@ class Problem:
 
 
 def fit(observations: Observations, explanation: Explanation, simulate: Simulate) -> Answer:
-    """The best of the starts that `diagnose` tries."""
+    """The best of the starts at the rig's prior; `diagnose` adds one at the recalibrated model."""
     problem = Problem(observations, explanation, simulate)
     prior = observations.prior.values
     own = starts(explanation[0]) if explanation else [[]]
