@@ -25,6 +25,8 @@ from acf_jax.diagnosis.score import (
 )
 from acf_jax.diagnosis.space import Explanation, parameters
 from acf_jax.diagnosis.validate import (
+    EXTRAPOLATION,
+    FREE_EXTRAPOLATION,
     GapFigures,
     HeldOut,
     Shrinkage,
@@ -119,13 +121,17 @@ def diagnose(
     held = {"nominal": try_on(nominal, refit=False), "recalibrated": try_on(recalibrated)}
     held["corrected"] = held["recalibrated"] if corrected is recalibrated else try_on(corrected)
 
-    shrinkage = force_shrinkage(observations, held["recalibrated"], held["corrected"], seed)
+    shrinkage = force_shrinkage(
+        observations, held["recalibrated"], held["corrected"], _stretch(corrected), seed
+    )
     if shrinkage and shrinkage.ci95[1] < HOPEFUL and _clear_gap(observations, held["recalibrated"]):
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
         if (again := _corrected(fits, probability, scored[0].explanation)) is not corrected:
             corrected, held["corrected"] = again, try_on(again)
-            shrinkage = force_shrinkage(observations, held["recalibrated"], held["corrected"], seed)
+            shrinkage = force_shrinkage(
+                observations, held["recalibrated"], held["corrected"], _stretch(corrected), seed
+            )
 
     progress("asking what these trials can tell apart")
     detectability = tuple(separate.detectability(observations, recalibrated))
@@ -152,7 +158,9 @@ def diagnose(
         shrinkage_force=None if no_gap else shrinkage,
         shrinkage_peak=None
         if no_gap
-        else peak_shrinkage(held["recalibrated"], held["corrected"], observations.condition, seed),
+        else peak_shrinkage(
+            held["recalibrated"], held["corrected"], observations.condition, _stretch(corrected), seed
+        ),
         fits=tuple(fits),
         probability=tuple(float(p) for p in probability),
         nominal=nominal,
@@ -223,6 +231,11 @@ def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation)
         if (is_port(f.explanation) if first == UNKNOWN else f.explanation == first)
     ]
     return fits[max(matching, key=lambda i: probability[i])]
+
+
+def _stretch(corrected: Fit) -> float:
+    """By how much the interval of a shrinkage is wider than conditions left out one by one say."""
+    return FREE_EXTRAPOLATION if is_port(corrected.explanation) else EXTRAPOLATION
 
 
 def _unfitted(observations: Observations) -> Fit:

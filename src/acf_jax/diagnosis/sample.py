@@ -6,8 +6,11 @@ SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
 
 
 def taps(times: np.ndarray, h: float, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cubic interpolation at `times` (n,): indices (4, n) on the grid, weights of the value and of its rate."""
-    k = np.clip((times / h).astype(int), 1, samples - 3)
+    """Cubic interpolation at `times` (n,): indices (4, n) on the grid, weights of the value and of its rate.
+
+    Times within the first step are reached from behind it: at time 0 a sensor with the least lag reads nothing yet.
+    """
+    k = np.clip((times / h).astype(int), 2, samples - 3)
     a = times / h - k
     value = np.stack(
         [

@@ -28,14 +28,14 @@ class Weights:
     What the rig's own parameters had to leave their priors counts in full, under a Student prior with heavy tails.
     """
 
-    nu: float = 40.0  # how many independent pieces a misfit of form has
-    rho_squared: float = 0.05  # the share of the gap that a wrong form leaves
-    effect: float = 4.8  # cost of one effect, in log probability
-    second: float = 8.5  # cost of each further one
-    port: float = 13.0  # cost of the free discrepancy at a port
-    nameless: float = 20.0  # cost of a cause that neither the library nor the ports can imitate
-    freedom: float = 8.0  # degrees of freedom of the Student prior of the rig's parameters
-    margin: float = 0.1  # by which the chi-square of a sample may exceed 1, as the noise is not known exactly
+    nu: float = 14.0  # how many independent pieces a misfit of form has
+    rho_squared: float = 0.02  # the share of the gap that a wrong form leaves
+    effect: float = 3.9  # cost of one effect, in log probability
+    second: float = 5.8  # cost of each further one
+    port: float = 8.0  # cost of the free discrepancy at a port
+    nameless: float = 24.0  # cost of a cause that neither the library nor the ports can imitate
+    freedom: float = 16.0  # degrees of freedom of the Student prior of the rig's parameters
+    margin: float = 0.06  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
 
 WEIGHTS = Weights()
@@ -82,7 +82,7 @@ def evidence_of(fitted: Fit) -> Evidence:
 def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
     """Unnormalised log probability of each explanation, the paper's model first, then of a nameless cause.
 
-    The nameless cause would leave nothing but noise, here a little more than the noise as known, as chi-square scatters.
+    The nameless cause would leave nothing but noise, here a little more than the noise as known.
     """
     noise = samples * (1 + weights.margin + 3 * np.sqrt(2 / samples))
     rig = np.array([e.strain for e in evidence])

@@ -15,9 +15,9 @@ TIMING, LATEST = (
     3.0,
 )  # the nuisance that is the trigger time, and its farthest, in prior standard deviations
 DRAWS = 64  # of noise, for the expected largest reading
-EXTRAPOLATION = (
-    2.0  # unseen conditions lie further out than those left out one by one: intervals are as much wider
-)
+# Unseen conditions lie further out than those left out one by one: intervals are as much wider, more so where a free
+# form is continued instead of a law.
+EXTRAPOLATION, FREE_EXTRAPOLATION = 2.0, 5.0
 LEAST_WIDTH = 0.01  # of an interval of the shrinkage, to each side
 
 
@@ -111,9 +111,12 @@ class Shrinkage:
 
 
 def force_shrinkage(
-    observations: Observations, recalibrated: HeldOut, corrected: HeldOut, seed: int
+    observations: Observations, recalibrated: HeldOut, corrected: HeldOut, stretch: float, seed: int
 ) -> Shrinkage | None:
-    """Shrinkage of the force error, what no model can predict removed in quadrature; bootstrap over conditions."""
+    """Shrinkage of the force error, what no model can predict removed in quadrature; bootstrap over conditions.
+
+    `stretch`: by how much the interval is wider than the bootstrap's.
+    """
     used = observations.used & ~observations.peak_only[:, None]
     if not used.any():
         return None
@@ -122,20 +125,21 @@ def force_shrinkage(
         np.where(used, a, 0.0).sum(1)
         for a in (corrected.residual**2, recalibrated.residual**2, corrected.floor)
     ]
-    return _bootstrap(observations.condition, np.stack(sums, 1), weight, seed)
+    return _bootstrap(observations.condition, np.stack(sums, 1), weight, stretch, seed)
 
 
 def peak_shrinkage(
-    recalibrated: HeldOut, corrected: HeldOut, condition: np.ndarray, seed: int
+    recalibrated: HeldOut, corrected: HeldOut, condition: np.ndarray, stretch: float, seed: int
 ) -> Shrinkage | None:
     """Shrinkage of the relative error of the peak; bootstrap over conditions."""
     errors = [(held.peak / held.measured_peak - 1) ** 2 for held in (corrected, recalibrated)]
-    return _bootstrap(
-        condition, np.stack([*errors, np.zeros(len(condition))], 1), np.ones(len(condition)), seed
-    )
+    sums = np.stack([*errors, np.zeros(len(condition))], 1)
+    return _bootstrap(condition, sums, np.ones(len(condition)), stretch, seed)
 
 
-def _bootstrap(condition: np.ndarray, sums: np.ndarray, weight: np.ndarray, seed: int) -> Shrinkage | None:
+def _bootstrap(
+    condition: np.ndarray, sums: np.ndarray, weight: np.ndarray, stretch: float, seed: int
+) -> Shrinkage | None:
     """`sums` (trials, 3): squared error corrected, recalibrated, and floor."""
     groups = np.unique(condition)
     by_group = np.stack([sums[condition == g].sum(0) for g in groups])
@@ -161,5 +165,5 @@ def _bootstrap(condition: np.ndarray, sums: np.ndarray, weight: np.ndarray, seed
     low, high = np.quantile(values, [0.025, 0.975])
     low = min(low, float(value) - LEAST_WIDTH, 1 - float(hidden))
     high = max(high, float(value) + LEAST_WIDTH)
-    low, high = (value + EXTRAPOLATION * (end - value) for end in (low, high))
+    low, high = (value + stretch * (end - value) for end in (low, high))
     return Shrinkage(float(value), (float(low), float(min(high, 1.0))))

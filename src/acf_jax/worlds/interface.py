@@ -139,5 +139,10 @@ def find_world(name: str) -> AbstractWorld:
     names = [m.name.removesuffix("_world") for m in pkgutil.iter_modules(package.__path__) if m.ispkg]
     if name not in names:
         raise InputError(f"world '{name}' does not exist; there are {', '.join(names)}")
-    world: AbstractWorld = importlib.import_module(f"acf_jax.worlds.{name}_world").world
+    try:
+        world: AbstractWorld = importlib.import_module(f"acf_jax.worlds.{name}_world").world
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"world '{name}' needs the package {error.name}; run `pip install {error.name}`"
+        ) from None
     return world
