@@ -46,7 +46,7 @@ LAYERS = [
     {"dataset"},
     {"diagnosis"},
     {"contact"},
-    {"design", "safety"},
+    {"design", "safety", "export"},
     {"report"},
     {"cli"},
 ]

@@ -41,7 +41,7 @@ def text(found: "Design") -> str:
     lines += ["", f"{'what costs newtons':{width}}      value  uncertain by   N per 1 %   N of margin"]
     for row in found.sensitivities:
         lines.append(
-            f"{row.name:{width}} {row.value:10.4g}  {row.std:12.3g}  {row.per_percent:10.3f}  {row.margin:12.3f}"
+            f"{row.name:{width}} {_round(row.value):>10}  {row.std:12.4g}  {row.per_percent:10.3f}  {row.margin:12.3f}"
         )
     lines += ["", f"search: {_search(found)}"]
     lines += [f"note: {note}" for note in found.notes]

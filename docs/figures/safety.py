@@ -1,0 +1,68 @@
+"""Draw docs/figures/safety.svg: verdicts over contact velocity for the rig of configs/check_rig.yaml.
+
+python docs/figures/safety.py
+"""
+
+from pathlib import Path
+
+import jax
+import matplotlib.pyplot as plt
+import numpy as np
+import yaml
+
+from acf_jax.contact.read import of_rig
+from acf_jax.safety.check import Checker
+from acf_jax.safety.limits import read_limits
+from acf_jax.safety.situation import CONTACTS, Situation
+from acf_jax.surrogate import load_surrogate
+
+HERE = Path(__file__).parent
+RIG = HERE.parents[1] / "configs/check_rig.yaml"
+INK = "#1f2937"
+COLOURS = {"allowed": "#2f9e44", "not decidable": "#f08c00", "not allowed": "#d9480f"}
+AREAS = ("Palm (dominant side)", "Deltoid muscle", "Sternum", "Middle of shin")
+F_P, HIGHEST = 60.0, 1.5
+
+
+def main() -> None:
+    jax.config.update("jax_enable_x64", True)
+    plt.style.use(HERE / "style.mplstyle")
+    content = yaml.safe_load(RIG.read_text())
+    checker = Checker(of_rig(content["rig"], content["relative_std"]), load_surrogate())
+    limits = read_limits()
+    speeds = np.linspace(0.02, HIGHEST, 250)
+    figure, panels = plt.subplots(1, 2, figsize=(10, 4.1), sharey=True, layout="constrained")
+    for panel, contact in zip(panels, CONTACTS, strict=True):
+        for row, name in enumerate(AREAS):
+            asked = Situation("", limits.find(name), contact, 0.0, F_P, moving_mass=21.7, payload=6.9)
+            answers = [checker(asked._replace(v_e=float(v))) for v in speeds]
+            for verdict, colour in COLOURS.items():
+                here = np.array([a.verdict == verdict for a in answers])
+                panel.fill_between(
+                    speeds, row - 0.32, row + 0.32, where=here, color=colour, alpha=0.8, linewidth=0
+                )
+            last = speeds[max(i for i, a in enumerate(answers) if a.verdict == "allowed")]
+            panel.text(
+                last - 0.015, row, f"{last:.2f} m/s", ha="right", va="center", color="white", fontsize=9
+            )
+            if (standard := answers[0].standard_speed) is not None and standard < HIGHEST:
+                panel.plot([standard] * 2, [row - 0.42, row + 0.42], color=INK, linewidth=2)
+        panel.set(
+            xlabel="contact velocity, m/s", xlim=(0, HIGHEST), yticks=range(len(AREAS)), yticklabels=AREAS
+        )
+        words = (
+            "transient: the body recoils" if contact == "transient" else "quasi-static: the body is clamped"
+        )
+        panel.set_title(words, loc="left", fontsize=11, color=INK)
+    panels[0].invert_yaxis()
+    marks = [plt.Rectangle((0, 0), 1, 1, color=c, alpha=0.8) for c in COLOURS.values()]
+    marks.append(plt.Line2D([], [], color=INK, linewidth=2))
+    figure.legend(
+        marks, [*COLOURS, "the standard's own v_max"], loc="outside lower center", ncols=4, frameon=False
+    )
+    figure.savefig(HERE / "safety.svg", metadata={"Date": None})
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,184 @@
+"""The commands `design`, `speed` and `check`, as a user calls them."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from acf_jax.cli.main import commands
+from acf_jax.diagnosis.model_file import write_model
+from acf_jax.errors import InputError
+from tests.corrected import gap_model
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+RIG = str(CONFIGS / "check_rig.yaml")
+PALM = ("--body-area", "palm", "--contact", "transient", "--v-e", "0.2", "--f-p", "60")
+
+
+@pytest.fixture
+def call(monkeypatch):
+    """The result of a command; an `InputError` becomes the test's."""
+    monkeypatch.setattr("acf_jax.cli._start.start_jax", lambda: None)  # tests set JAX themselves
+
+    def invoke(*arguments: object) -> Result:
+        result = CliRunner().invoke(commands, [str(a) for a in arguments])
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return result
+
+    return invoke
+
+
+def faults(call, *arguments: object) -> str:
+    with pytest.raises(InputError) as caught:
+        call(*arguments)
+    return "\n".join(caught.value.faults)
+
+
+def test_speed_is_the_papers_inverse(call):
+    result = call(
+        "speed", "--model", CONFIGS / "table1_rig.yaml", "--f-p", "100", "--limit", "250", "--limit", "90"
+    )
+    v = np.sqrt((250**2 - 100**2) / (4 * 175561))
+    assert result.exit_code == 0 and f"{np.floor(v * 1e4) / 1e4:.4f} m/s" in result.output
+    assert "none: pressing without speed takes 100 N already" in result.output
+
+
+def test_design_in_words_as_json_and_as_a_picture(call, tmp_path):
+    plot = tmp_path / "design.html"
+    config = tmp_path / "design.yaml"
+    text = (CONFIGS / "design.yaml").read_text().replace("table1_rig.yaml", str(CONFIGS / "table1_rig.yaml"))
+    config.write_text(text + "starts: 4\ndraws: 1024\n")
+    words = call("design", "--config", config, "--plot", plot)
+    assert words.exit_code == 0
+    for part in ("f_p      80 N (low end", "k_c", "N of margin", "0 are allowed and better"):
+        assert part in words.output
+    document = json.loads(call("design", "--config", config, "--json").output)
+    assert document["feasible"] and document["force_not_exceeded_n"] <= 250
+    assert document["optimum"]["f_p"] == 80 and document["search"]["scanned_better"] == 0
+    page = plot.read_text()
+    assert "optimum" in page and "limit 250 N" in page and not re.search(r"<script[^>]+src=", page)
+
+
+def test_infeasible_design_ends_with_1_and_remedies(call, tmp_path):
+    config = tmp_path / "design.yaml"
+    config.write_text(
+        f"model: {CONFIGS / 'table1_rig.yaml'}\ngoal: widest_margin\nlimit: 150\nv_e: 0.2\n"
+        "f_p: {low: 80, high: 120}\n"
+    )
+    result = call("design", "--config", config)
+    assert result.exit_code == 1
+    for part in ("Not feasible", "raise limit from 150", "lower v_e from 0.2", "lower k_c"):
+        assert part in result.output
+    assert json.loads(call("design", "--config", config, "--json").output)["feasible"] is False
+
+
+def test_design_lists_all_faults_at_once(call, tmp_path):
+    config = tmp_path / "design.yaml"
+    config.write_text("model: no.yaml\ngoal: slowest\nlimit: -3\nf_p: {low: 3, high: 1}\nv_e: fast\nfre: 2\n")
+    found = faults(call, "design", "--config", config, "--plot", "design.pdf")
+    for part in (
+        "goal:",
+        "limit:",
+        "f_p: low (3) must be below high (1)",
+        "v_e: must be a number",
+        "fre: unknown key",
+    ):
+        assert part in found
+    assert ".html" in found and found.count("design.yaml") == 5
+    config.write_text("model: no.yaml\ngoal: fastest\nlimit: 3\nf_p: 3\nv_e: 0.2\nrelative_std: {m: 2}\n")
+    found = faults(call, "design", "--config", config)
+    assert "goal fastest needs v_e to be free" in found and "relative_std.m" in found
+    config.write_text(
+        f"model: {RIG}\ngoal: fastest\nlimit: 300\nf_p: 3\nv_e: {{low: 0, high: 1}}\n"
+        "free: {mass: {low: 1, high: 2}}\n"
+    )
+    assert "free.mass: is not a parameter of the model; known are m, d, k_f, k_c" in faults(
+        call, "design", "--config", config
+    )
+
+
+def test_check_of_one_contact(call):
+    result = call("check", "--model", RIG, *PALM, "--robot-mass-kg", "21.735", "--payload-kg", "6.86")
+    assert result.exit_code == 0
+    for part in (
+        "Allowed: Palm",
+        "limit 280 N",
+        "not decided: no contact area",
+        "v_max = 1.34 m/s",
+        "series",
+        "replace",
+    ):
+        assert part in result.output
+    face = call("check", "--model", RIG, "--body-area", "face", *PALM[2:])
+    assert face.exit_code == 1 and "Not allowed" in face.output and "not permissible" in face.output
+    document = json.loads(call("check", "--model", RIG, *PALM, "--contact-area-cm2", "2", "--json").output)
+    assert document["verdict"] == "allowed" and document["pressure_verdict"] == "allowed"
+    assert "does not replace a measurement" in document["statement"] and document["assumptions"]
+
+
+def test_check_of_a_table_names_the_first_offending_row(call, tmp_path):
+    out = tmp_path / "verdicts.csv"
+    result = call("check", "--model", RIG, "--situations", CONFIGS / "situations.csv", "--out", out)
+    assert result.exit_code == 1
+    assert "row 6, 'stoop', Masticatory muscle" in result.output
+    asked = list(csv.DictReader((CONFIGS / "situations.csv").open()))
+    found = list(csv.DictReader(out.open()))
+    assert [{k: row[k] for k in asked[0]} for row in found] == asked
+    assert [row["verdict"] for row in found] == ["allowed"] * 4 + ["not allowed"]
+    assert [row["pressure_verdict"] for row in found][2] == "not decided"
+
+
+def test_check_with_a_corrected_model_and_own_limits(call, tmp_path):
+    model, limits = tmp_path / "model.json", tmp_path / "limits.csv"
+    model.write_text(write_model(gap_model()))
+    limits.write_text(
+        "body_region,specific_location,quasi_static_force_n,quasi_static_pressure_n_cm2,transient_force_factor,"
+        "transient_pressure_factor,spring_constant_n_mm,effective_mass_kg\nHand,Glove,100,,2,2,40,0.6\n"
+    )
+    glove = ("--limits", limits, "--body-area", "glove", "--contact", "transient", "--f-p", "70")
+    document = json.loads(call("check", "--model", model, *glove, "--v-e", "0.2", "--json").output)
+    assert document["verdict"] == "allowed" and document["force_limit_n"] == 200
+    assert document["decided_by"] == "simulation" and document["pressure_verdict"] == "not decided"
+    beyond = call("check", "--model", model, *glove, "--v-e", "0.6")
+    assert beyond.exit_code == 1 and "never allowed by extrapolation" in beyond.output
+
+
+def test_check_lists_all_faults_at_once(call, tmp_path):
+    found = faults(
+        call, "check", "--model", "no.json", "--body-area", "plam", "--contact", "transient", "--v-e", "nan",
+        "--payload-kg", "3", "--confidence", "2", "--out", "x.csv",
+    )  # fmt: skip
+    for part in ("no.json: no such file", "--body-area 'plam'", "did you mean", "--v-e must be", "--f-p is missing",
+                 "belong together", "--confidence", "--out belongs"):  # fmt: skip
+        assert part in found
+    table = tmp_path / "situations.csv"
+    table.write_text(
+        "situation,body_area,contact,contact_velocity_m_per_s,pretension_n,contact_area_cm2\n"
+        "a,palm,hard,0.1,20,\nb,elbw,transient,-0.1,x,0\n"
+    )
+    found = faults(call, "check", "--model", RIG, "--situations", table)
+    for part in ("--out is missing", "row 2", "contact is 'hard'", "row 3", "'elbw'", "zero or positive",
+                 "not a number", "contact_area_cm2 must be positive"):  # fmt: skip
+        assert part in found
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(
+        "rig: {m: 1, d: 0, k_f: 0, k_c: 1.0e4}\nrelative_std: {q: 0.1, m: 3}\ntried: {v_e: [2, 1], f_p: 3}\nx: 1\n"
+    )
+    found = faults(call, "check", "--model", rig, *PALM)
+    for part in ("relative_std.q", "relative_std.m", "tried.v_e", "tried.f_p", "x: is not known"):
+        assert part in found
+    assert not list(tmp_path.glob("*.csv.*"))
+
+
+def test_a_model_that_is_not_one_is_refused(call, tmp_path):
+    model = tmp_path / "model.json"
+    model.write_text('{"schema": "acf-gap-diagnosis/1"}')
+    assert "its schema is not acf-gap-model/1" in faults(
+        call, "speed", "--model", model, "--f-p", "1", "--limit", "9"
+    )
+    assert "--limit must be positive" in faults(call, "speed", "--model", RIG, "--f-p", "1", "--limit", "-9")
