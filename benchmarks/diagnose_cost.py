@@ -26,7 +26,7 @@ class Cost(NamedTuple):
 
 def diagnose_twice(trials: int) -> float:
     """Seconds of the second diagnosis of a drawn set; the first compiles."""
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
     from acf_jax.diagnosis.diagnose import diagnose

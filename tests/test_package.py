@@ -38,7 +38,7 @@ COMMANDS = commands.list_commands(None)
 
 # A part may import parts above it and its own, never parts below.
 LAYERS = [
-    {"errors", "files"},
+    {"errors", "files", "start"},
     {"model"},
     {"identify", "surrogate"},
     {"effects"},
@@ -48,6 +48,7 @@ LAYERS = [
     {"contact"},
     {"design", "safety", "export"},
     {"report"},
+    {"blind"},
     {"cli"},
 ]
 

@@ -22,7 +22,7 @@ PALM = ("--body-area", "palm", "--contact", "transient", "--v-e", "0.2", "--f-p"
 @pytest.fixture
 def call(monkeypatch):
     """The result of a command; an `InputError` becomes the test's."""
-    monkeypatch.setattr("acf_jax.cli._start.start_jax", lambda: None)  # tests set JAX themselves
+    monkeypatch.setattr("acf_jax.start.start_jax", lambda: None)  # tests set JAX themselves
 
     def invoke(*arguments: object) -> Result:
         result = CliRunner().invoke(commands, [str(a) for a in arguments])
@@ -126,8 +126,8 @@ def test_check_of_a_table_names_the_first_offending_row(call, tmp_path):
     result = call("check", "--model", RIG, "--situations", CONFIGS / "situations.csv", "--out", out)
     assert result.exit_code == 1
     assert "row 6, 'stoop', Masticatory muscle" in result.output
-    asked = list(csv.DictReader((CONFIGS / "situations.csv").open()))
-    found = list(csv.DictReader(out.open()))
+    asked = list(csv.DictReader((CONFIGS / "situations.csv").read_text().splitlines()))
+    found = list(csv.DictReader(out.read_text().splitlines()))
     assert [{k: row[k] for k in asked[0]} for row in found] == asked
     assert [row["verdict"] for row in found] == ["allowed"] * 4 + ["not allowed"]
     assert [row["pressure_verdict"] for row in found][2] == "not decided"

@@ -17,7 +17,7 @@ RIG = ["--m", "4", "--d", "0", "--k-f", "0", "--k-c", "175561"]
 @pytest.fixture
 def run(monkeypatch, tmp_path):
     """Call a command; an `InputError` becomes the test's, anything else must have ended well."""
-    monkeypatch.setattr("acf_jax.cli._start.start_jax", lambda: None)  # tests set JAX themselves
+    monkeypatch.setattr("acf_jax.start.start_jax", lambda: None)  # tests set JAX themselves
 
     def call(*arguments: str) -> str:
         result = CliRunner().invoke(commands, [str(a) for a in arguments])

@@ -3,10 +3,9 @@
 import pytest
 
 from acf_jax.dataset import GapDataset, read_dataset
-from acf_jax.diagnosis import candidates, separate
 from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
-from acf_jax.effects import library
 from acf_jax.worlds import make_case, write_case
+from tests.few import few_explanations
 
 KEPT = ("gravity", "pad_relaxation", "sensor_scale")
 
@@ -22,14 +21,5 @@ def gravity_set(tmp_path_factory: pytest.TempPathFactory) -> GapDataset:
 @pytest.fixture(scope="session")
 def diagnosed(gravity_set: GapDataset) -> Diagnosis:
     """The diagnosis of that set with three of the thirteen effects and two of the ports."""
-    few = {name: cls for name, cls in library().items() if name in KEPT}
-    all_ports = candidates.ports
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(candidates, "library", lambda: few)
-        patch.setattr(separate, "library", lambda: few)
-        patch.setattr(
-            candidates,
-            "ports",
-            lambda: {n: c for n, c in all_ports().items() if c.component in ("actuator", "sensor")},
-        )
+    with few_explanations(KEPT, ("unknown_actuator", "unknown_sensor")):
         return diagnose(gravity_set)

@@ -5,11 +5,10 @@ from dataclasses import replace
 import pytest
 
 from acf_jax.dataset import GapDataset, read_dataset
-from acf_jax.diagnosis import candidates, separate
 from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
 from acf_jax.diagnosis.score import UNKNOWN, Scored
-from acf_jax.effects import library
 from acf_jax.worlds import make_case, write_case
+from tests.few import few_explanations
 
 KEPT = ("coulomb_friction", "sensor_lag")
 EVIL = "</script><img src=x onerror=\"document.title='owned'\">"
@@ -17,12 +16,7 @@ EVIL = "</script><img src=x onerror=\"document.title='owned'\">"
 
 def diagnose_with_few(dataset: GapDataset) -> Diagnosis:
     """Two effects and one port in place of the whole library: compiled programs are what costs time."""
-    few = {name: cls for name, cls in library().items() if name in KEPT}
-    one = {name: cls for name, cls in candidates.ports().items() if name == "unknown_actuator"}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(candidates, "library", lambda: few)
-        patch.setattr(separate, "library", lambda: few)
-        patch.setattr(candidates, "ports", lambda: one)
+    with few_explanations(KEPT, ("unknown_actuator",)):
         return diagnose(dataset)
 
 

@@ -123,7 +123,7 @@ def _diagnose_one(task: tuple[Path, Path, str]) -> None:
 
 
 def _start() -> None:
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
 

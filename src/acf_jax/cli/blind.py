@@ -92,8 +92,8 @@ def _score(folder: Path, results: Path, workers: int) -> None:
     from acf_jax.blind.seal import SEAL, open_answers
     from acf_jax.blind.summary import summarise
     from acf_jax.blind.table import lines
-    from acf_jax.cli._start import start_jax
     from acf_jax.files import read_text, write_text
+    from acf_jax.start import start_jax
 
     if (folder / SEAL).exists():
         click.echo(f"answers sealed, SHA-256 {json.loads(read_text(folder / SEAL))['sha256']}")

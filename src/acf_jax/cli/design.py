@@ -37,7 +37,7 @@ def command(config: Path, plot: Path | None, as_json: bool) -> None:
         faults.append(f"--plot {plot}: must end in .html; name an HTML file")
     question, file = _read(config, faults)
 
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
     _answer(question, file.load(), config, plot, as_json)

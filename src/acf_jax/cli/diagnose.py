@@ -39,7 +39,7 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
         raise InputError(f"--out {out}: is a file; name a folder")
     data = read_dataset(dataset)  # faults are told before anything slow is loaded
 
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
     from acf_jax.diagnosis.diagnose import diagnose

@@ -44,7 +44,7 @@ def command(table: Path, rig_file: Path | None, as_json: bool) -> None:
     if faults:
         raise InputError(faults)
 
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
     import numpy as np

@@ -67,7 +67,7 @@ def command(
 
 
 def _peaks(rig_values: dict[str, float], v_e: tuple[float, ...], f_p: float) -> list[dict[str, Any]]:
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
     import numpy as np

@@ -55,7 +55,7 @@ def command(
     if faults or rig is None or measurement is None:
         raise InputError(faults)
 
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
     from acf_jax.diagnosis.plan import plan

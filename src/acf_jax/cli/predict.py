@@ -63,7 +63,7 @@ def command(diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample
     if faults:
         raise InputError(faults)
 
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
     import numpy as np

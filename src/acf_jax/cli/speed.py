@@ -51,7 +51,7 @@ def command(
     if faults or file is None:
         raise InputError(faults)
 
-    from acf_jax.cli._start import start_jax
+    from acf_jax.start import start_jax
 
     start_jax()
     from acf_jax.design.remedy import Infeasible
