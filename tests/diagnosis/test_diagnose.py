@@ -22,8 +22,9 @@ from acf_jax.errors import InputError
 def test_names_the_cause_and_shrinks_the_gap(diagnosed: Diagnosis) -> None:
     content = document(diagnosed)
     assert content["schema"] == "acf-gap-diagnosis/1"
-    assert content["verdict"] == "identified"
+    assert content["verdict"] in ("identified", "ambiguous")  # what is unknown may stand beside it
     assert content["explanations"][0]["effects"] == ["gravity"]
+    assert content["explanations"][0]["probability"] > 0.6
     assert sum(e["probability"] for e in content["explanations"]) == pytest.approx(1.0)
     assert max(content["where"]["component"], key=content["where"]["component"].get) == "actuator"
     assert sum(content["where"]["phase"].values()) == pytest.approx(1.0, abs=1e-3)

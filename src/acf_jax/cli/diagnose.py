@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from acf_jax.diagnosis.diagnose import Progress
+    from acf_jax.diagnosis.search import Progress
 
 EXAMPLES = """
 \b

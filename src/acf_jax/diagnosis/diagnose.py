@@ -1,13 +1,13 @@
 """The whole diagnosis: quality, fits, probabilities, held-out figures, what cannot be told apart, what to do next."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
 from acf_jax.dataset import GapDataset, Quality, assess_dataset
-from acf_jax.diagnosis import candidates, separate
+from acf_jax.diagnosis import separate
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.observe import Observations, observe
@@ -23,6 +23,7 @@ from acf_jax.diagnosis.score import (
     is_port,
     probabilities,
 )
+from acf_jax.diagnosis.search import Progress, fit_all, outliers
 from acf_jax.diagnosis.space import Explanation, parameters
 from acf_jax.diagnosis.validate import (
     EXTRAPOLATION,
@@ -35,19 +36,11 @@ from acf_jax.diagnosis.validate import (
     hold_out,
     peak_shrinkage,
 )
+from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
 
-LEADERS = 3  # single effects from which the forward search goes on
-UNEXPLAINED = 1.5  # chi-square of a sample above which twice as many effects lead
-PARTNERS = 3  # effects that are tried beside each of them
-WORTH_A_SECOND = 9.0  # chi-square that a partner has to promise before the pair is fitted
-OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
-DETECTABLE = 3.0  # whitened distance at which an effect of its typical size counts as detectable
 HOPEFUL = 0.7  # where the interval of the shrinkage reaches it, the explanation is not doubted
-TOO_MANY = 6  # explanations in the credible set: these trials have not answered
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -100,12 +93,12 @@ def diagnose(
     observations = observe(dataset, quality)
     excluded = dict(quality.excluded)
     effects = [name for name in library() if name not in without]
-    recalibrated, fits = _fit_all(observations, effects, progress)
-    outliers = _outliers(observations, min(fits, key=lambda f: f.objective))
-    if outliers:
-        excluded |= outliers
-        observations = observations.subset(np.array([name not in outliers for name in observations.names]))
-        recalibrated, fits = _fit_all(observations, effects, progress)
+    recalibrated, fits = fit_all(observations, effects, progress)
+    left_out = outliers(observations, min(fits, key=lambda f: f.objective))
+    if left_out:
+        excluded |= left_out
+        observations = observations.subset(np.array([name not in left_out for name in observations.names]))
+        recalibrated, fits = fit_all(observations, effects, progress)
     fits = [recalibrated, *fits]
     probability = probabilities([evidence_of(f) for f in fits], observations.n_used)
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
@@ -137,8 +130,8 @@ def diagnose(
     detectability = tuple(separate.detectability(observations, recalibrated))
     leader = fits[0] if scored[0].explanation in ((), UNKNOWN) else corrected
     pairs = separate.confusable(observations, leader, _rivals(fits, leader)) if leader.explanation else []
-    harmless = same_peaks(observations, recalibrated, [f for f in fits if _stands(f, credible)])
-    verdict = _verdict(scored, credible, pairs, detectability, observations, harmless)
+    harmless = same_peaks(observations, recalibrated, [f for f in fits if stands(f, credible)])
+    verdict = judge(scored, credible, pairs, detectability, observations, harmless)
     no_gap = verdict == "no_gap"
     floor = _floor(observations, held["corrected"])
     return Diagnosis(
@@ -172,57 +165,6 @@ def diagnose(
     )
 
 
-def _fit_all(observations: Observations, effects: Sequence[str], progress: Progress) -> tuple[Fit, list[Fit]]:
-    """The recalibrated model, every single effect and port, and the pairs that forward search finds."""
-    progress("recalibrating the paper's model")
-    recalibrated = candidates.fit_nominal(observations)
-    progress("fitting every effect")
-    tasks = [
-        partial(candidates.fit_single, observations, recalibrated, name)
-        for (name,) in candidates.singles(effects)
-    ]
-    fits = candidates.in_parallel(tasks)
-    progress("searching for pairs")
-    alone = [f for f in fits if not is_port(f.explanation) and np.isfinite(f.objective)]
-    alone.sort(key=lambda f: f.objective)
-    explained = 2 * alone[0].objective < UNEXPLAINED * observations.n_used
-    wanted: dict[Explanation, tuple[Fit, str]] = {}
-    for leader in alone[: LEADERS if explained else 2 * LEADERS]:
-        for name, gain in candidates.partners(observations, leader, effects)[:PARTNERS]:
-            if gain > WORTH_A_SECOND:
-                wanted.setdefault(tuple(sorted((*leader.explanation, name))), (leader, name))
-    fits += candidates.in_parallel(
-        [partial(candidates.fit_more, observations, f, name) for f, name in wanted.values()]
-    )
-    # a simulation that broke down at every start explains nothing
-    return recalibrated, [f for f in fits if np.isfinite(f.objective)]
-
-
-def _outliers(observations: Observations, fitted: Fit) -> dict[str, str]:
-    """Trials that even the best explanation does not fit while it fits the others."""
-    samples = np.maximum(observations.used.sum(1), 1)
-    ratio = fitted.chi2 / samples
-    if len(ratio) < 5:
-        return {}
-    usual = float(np.median(ratio))
-    beyond = fitted.chi2 - usual * samples > 40 + 8 * usual * np.sqrt(2 * samples)
-    chosen = np.flatnonzero(beyond & (ratio > OUTLIER * usual))
-    if len(chosen) > max(1, len(ratio) // 10):
-        return {}
-    # what every trial of a condition shows is physics, not a fault; a single one is given no such benefit
-    condition = observations.condition
-    groups = [np.flatnonzero(condition == condition[i]) for i in chosen]
-    chosen = np.array(
-        [i for i, g in zip(chosen, groups, strict=True) if len(g) == 1 or not np.isin(g, chosen).all()], int
-    )
-    return {
-        observations.names[
-            i
-        ]: f"its misfit to the best explanation is {ratio[i] / usual:.0f} times that of the others"
-        for i in chosen
-    }
-
-
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:
     """The fit behind the most probable explanation: of an unknown cause the best port's."""
     matching = [
@@ -251,35 +193,6 @@ def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:
     ]
 
 
-def _verdict(
-    scored: Sequence[Scored],
-    credible: Sequence[Explanation],
-    pairs: Sequence[separate.Pair],
-    detectability: Sequence[separate.Detectability],
-    observations: Observations,
-    harmless: bool,
-) -> str:
-    first = scored[0].explanation
-    blind = sum(d.distance_at_typical < DETECTABLE for d in detectability) > len(detectability) / 2
-    if observations.peak_only.all() or (blind and first == ()):
-        return "insufficient_data"
-    if first == () and harmless:
-        return "no_gap"
-    if len(credible) >= TOO_MANY:
-        return "insufficient_data"
-    if first == ():
-        return "ambiguous"
-    if first == UNKNOWN:
-        return "unknown"
-    same = {first} | {p.effects[1] for p in pairs}
-    return "identified" if set(credible) <= same else "ambiguous"
-
-
-def _stands(fitted: Fit, credible: Sequence[Explanation]) -> bool:
-    """Whether a fit belongs to an explanation of the credible set."""
-    return (UNKNOWN if is_port(fitted.explanation) else fitted.explanation) in credible
-
-
 def _clear_gap(observations: Observations, held: HeldOut) -> bool:
     """Whether the recalibrated model misses by more than what no model could predict."""
     used = observations.used & ~observations.peak_only[:, None]
@@ -305,7 +218,7 @@ def _next(
     observations: Observations, fits: Sequence[Fit], probability: np.ndarray, credible: Sequence[Explanation]
 ) -> Experiment | None:
     """The trial that best separates the two most probable explanations still standing."""
-    standing = [(f, float(p)) for f, p in zip(fits, probability, strict=True) if _stands(f, credible)]
+    standing = [(f, float(p)) for f, p in zip(fits, probability, strict=True) if stands(f, credible)]
     if len(standing) < 2:
         return None
     standing.sort(key=lambda item: -item[1])

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from acf_jax.diagnosis.diagnose import DETECTABLE, Diagnosis
+from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.space import component_of, every_effect
+from acf_jax.diagnosis.verdict import DETECTABLE
 from acf_jax.report.markup import Html, details, element, formula, join, table
 from acf_jax.report.words import condition, listed, name_of, percent, si
 

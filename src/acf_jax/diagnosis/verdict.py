@@ -1,0 +1,41 @@
+"""The verdict of a diagnosis, as the contract defines its five words."""
+
+from collections.abc import Sequence
+
+from acf_jax.diagnosis.fit import Fit
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.score import UNKNOWN, Scored, is_port
+from acf_jax.diagnosis.separate import Detectability, Pair
+from acf_jax.diagnosis.space import Explanation
+
+DETECTABLE = 3.0  # whitened distance at which an effect of its typical size counts as detectable
+TOO_MANY = 6  # explanations in the credible set: these trials have not answered
+
+
+def judge(
+    scored: Sequence[Scored],
+    credible: Sequence[Explanation],
+    pairs: Sequence[Pair],
+    detectability: Sequence[Detectability],
+    observations: Observations,
+    harmless: bool,
+) -> str:
+    first = scored[0].explanation
+    blind = sum(d.distance_at_typical < DETECTABLE for d in detectability) > len(detectability) / 2
+    if observations.peak_only.all() or (blind and first == ()):
+        return "insufficient_data"
+    if first == () and harmless:
+        return "no_gap"
+    if len(credible) >= TOO_MANY:
+        return "insufficient_data"
+    if first == ():
+        return "ambiguous"
+    if first == UNKNOWN:
+        return "unknown"
+    same = {first} | {p.effects[1] for p in pairs}
+    return "identified" if set(credible) <= same else "ambiguous"
+
+
+def stands(fitted: Fit, credible: Sequence[Explanation]) -> bool:
+    """Whether a fit belongs to an explanation of the credible set."""
+    return (UNKNOWN if is_port(fitted.explanation) else fitted.explanation) in credible
