@@ -44,11 +44,9 @@ def main() -> None:
     plane.contour(*space.axes, space.upper, [config.limit], colors=LIMIT, linewidths=2)
     x, y = space.optimum
     plane.plot(x, y, "*", color=INK, markersize=14, clip_on=False, zorder=4)
-    stiffness = found.z[3] / 1e3
-    plane.annotate(
-        f"optimum: {x:.3f} m/s with {y:g} N,\npad of {stiffness:g} N/mm", (x, y), (0.56, 84.5), fontsize=9.5, color=INK,
-        arrowprops={"arrowstyle": "-", "color": "#6b7280"}, bbox={"facecolor": "white", "edgecolor": "none", "pad": 2},
-    )  # fmt: skip
+    words = f"optimum: {np.floor(1e3 * x) / 1e3:.3f} m/s with {y:g} N,\npad of {found.z[3] / 1e3:g} N/mm"
+    line, box = {"arrowstyle": "-", "color": "#6b7280"}, {"facecolor": "white", "edgecolor": "none", "pad": 2}
+    plane.annotate(words, (x, y), (0.56, 84.5), fontsize=9.5, color=INK, arrowprops=line, bbox=box)
     plane.text(
         0.03,
         116,
@@ -61,13 +59,14 @@ def main() -> None:
     plane.set_title("Force that is not exceeded, and the fastest contact", loc="left", fontsize=11, color=INK)
 
     forces, _ = draw_forces(model, found.z, WALL, 40_000, seed=3)
-    bins = np.arange(215, 272, 1.5)
+    bins = config.limit + np.arange(-36, 22.5, 1.5)  # an edge at the limit
     for part, colour in ((forces <= config.limit, FORCE), (forces > config.limit, LIMIT)):
         spread.hist(forces[part], bins, color=colour, alpha=0.75)
     spread.axvline(config.limit, color=LIMIT, linewidth=2)
     share = (forces <= config.limit).mean()
     spread.text(249, 0.97, f"{100 * share:.1f} % of 40,000 draws\nhold the limit", ha="right", va="top",
                 transform=spread.get_xaxis_transform(), fontsize=9.5, color=FORCE)  # fmt: skip
+    spread.margins(y=0.22)
     spread.set(xlabel="peak contact force, N", yticks=[], xlim=(215, 271))
     spread.spines["left"].set_visible(False)
     spread.set_title("The rig's uncertainty at the optimum", loc="left", fontsize=11, color=INK)

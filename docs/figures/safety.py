@@ -9,6 +9,9 @@ import jax
 import matplotlib.pyplot as plt
 import numpy as np
 import yaml
+from matplotlib.artist import Artist
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from acf_jax.contact.read import of_rig
 from acf_jax.safety.check import Checker
@@ -43,7 +46,7 @@ def main() -> None:
                 )
             last = speeds[max(i for i, a in enumerate(answers) if a.verdict == "allowed")]
             panel.text(
-                last - 0.015, row, f"{last:.2f} m/s", ha="right", va="center", color="white", fontsize=9
+                0.04, row, f"to {np.floor(100 * last) / 100:.2f} m/s", va="center", color="white", fontsize=9
             )
             if (standard := answers[0].standard_speed) is not None and standard < HIGHEST:
                 panel.plot([standard] * 2, [row - 0.42, row + 0.42], color=INK, linewidth=2)
@@ -55,8 +58,8 @@ def main() -> None:
         )
         panel.set_title(words, loc="left", fontsize=11, color=INK)
     panels[0].invert_yaxis()
-    marks = [plt.Rectangle((0, 0), 1, 1, color=c, alpha=0.8) for c in COLOURS.values()]
-    marks.append(plt.Line2D([], [], color=INK, linewidth=2))
+    marks: list[Artist] = [Patch(color=c, alpha=0.8) for c in COLOURS.values()]
+    marks.append(Line2D([], [], color=INK, linewidth=2))
     figure.legend(
         marks, [*COLOURS, "the standard's own v_max"], loc="outside lower center", ncols=4, frameon=False
     )
