@@ -54,8 +54,11 @@ class Limits(NamedTuple):
             if found:
                 return min(found, key=lambda a: (a.is_permissible, a.force, a.pressure or 0.0))
         names = [a.name for a in self.areas]
-        close = difflib.get_close_matches(name, [*names, *{a.region for a in self.areas}], n=1, cutoff=0.5)
-        hint = f"did you mean '{close[0]}'?" if close else f"known are {', '.join(names)}"
+        words = {
+            n.lower(): n for n in (*names, *(a.region for a in self.areas), *(n.split()[0] for n in names))
+        }
+        close = difflib.get_close_matches(wanted, words, n=1, cutoff=0.6)
+        hint = f"did you mean '{words[close[0]]}'?" if close else f"known are {', '.join(names)}"
         raise InputError(f"body area '{name}' is not in {self.source}; {hint}")
 
 
