@@ -3,7 +3,7 @@
 import json
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from functools import partial
@@ -15,6 +15,7 @@ from acf_jax.blind.seal import SEAL, seal_answers
 from acf_jax.errors import InputError
 from acf_jax.files import read_text, read_yaml_mapping, whole_folder, write_text
 
+TASKS = 60  # of one process: compiled programs fill its memory
 WITHHELD = "withheld.json"  # the effects that a diagnosis shall not know, by data set
 RUN = "run.json"  # what a run was started with
 
@@ -146,14 +147,15 @@ def _all(
             min(workers, len(todo)), multiprocessing.get_context("spawn"), initializer=_start
         ) as pool,
     ):
-        for future in as_completed(_submit(pool, work, todo)):
-            future.result()
+        failed = []
+        for future in as_completed([pool.submit(work, item) for item in todo]):
+            if error := future.exception():
+                failed.append(error)  # the others go on; the next run tries this one again
+                continue
             done += 1
             report(done, total)
-
-
-def _submit(pool: ProcessPoolExecutor, work: Callable[[Any], None], todo: Iterable[Any]) -> list[Any]:
-    return [pool.submit(work, item) for item in todo]
+    if failed:
+        raise failed[0]
 
 
 @contextmanager

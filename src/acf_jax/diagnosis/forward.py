@@ -15,7 +15,7 @@ from acf_jax.model import Impact, Rig
 from acf_jax.simulator import simulate
 
 SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
-BLOCK = 8  # trials are padded to a multiple of it, so that data sets of different size share compiled code
+BLOCK = 24  # trials of one call, the last one padded: data sets of every size share compiled code and memory is bounded
 
 
 class Grid(NamedTuple):
@@ -90,6 +90,11 @@ def forward(
     """
     n, used = len(v_e), grid.steps + 1
     z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
-    padded = z[np.arange(-(-n // BLOCK) * BLOCK) % n]
-    contact, rows = _program(explanation)(padded, grid.h, grid.steps, grid.pull)
-    return Forces(np.asarray(contact)[:n, :used], np.asarray(rows)[:n, :, :used])
+    contact, rows = np.empty((n, used)), np.empty((n, z.shape[1] + 1, used))
+    for first in range(0, n, BLOCK):
+        here = slice(first, min(first + BLOCK, n))
+        padded = z[here][np.arange(BLOCK) % (here.stop - first)]
+        found = _program(explanation)(padded, grid.h, grid.steps, grid.pull)
+        contact[here] = np.asarray(found[0])[: here.stop - first, :used]
+        rows[here] = np.asarray(found[1])[: here.stop - first, :, :used]
+    return Forces(contact, rows)
