@@ -17,6 +17,7 @@ N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 COARSEST = 100.0  # a fit that misses by so much more than noise stops at so much larger a gain
+LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 
 
@@ -149,9 +150,13 @@ def _normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inf
 
 
 def _objective(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> float:
-    """Half chi-square of data, nuisances and priors; infinite where the simulation is not finite."""
-    value = 0.5 * float((linear.residual**2).sum() / inflation + (own**2).sum() + (u**2).sum())
-    return value if np.isfinite(value) and np.isfinite(linear.by_parameter).all() else np.inf
+    """Half chi-square of data, nuisances and priors; infinite where the simulation has broken down."""
+    parts = (linear.residual, linear.by_parameter, linear.by_own)
+    if not all(
+        np.abs(part).max(initial=0.0) < LARGEST for part in parts
+    ):  # not a number is not smaller either
+        return np.inf
+    return 0.5 * float((linear.residual**2).sum() / inflation + (own**2).sum() + (u**2).sum())
 
 
 def _bounded_step(
