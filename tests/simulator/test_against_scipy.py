@@ -95,16 +95,16 @@ def contact_hardening(excess, gain, q):
     )
 
 
-def pad_relaxation(ratio, tau):
+def pad_relaxation(ratio, share, tau):
     return Truth(
-        contact=lambda t, s, s_dot, y: K_C * s + F_P + y[0],
+        contact=lambda t, s, s_dot, y: K_C * s + F_P * (1 - share * (1 - np.exp(-t / tau))) + y[0],
         own=lambda t, s_dot, x_ddot, f_c, y: (ratio * K_C * s_dot - y[0] / tau,),
         n_own=1,
     )
 
 
-def pad_mass(m_p, hz):
-    k_p, d_p = m_p * (2 * pi * hz) ** 2, 2 * 0.03 * m_p * 2 * pi * hz
+def pad_mass(m_p, hz, zeta):
+    k_p, d_p = m_p * (2 * pi * hz) ** 2, 2 * zeta * m_p * 2 * pi * hz
     return Truth(
         pad=lambda y: (y[0], y[1]),
         force=lambda t, x_dot, f_c, y: F_P + k_p * y[0] + d_p * y[1] - f_c,
@@ -116,13 +116,13 @@ def pad_mass(m_p, hz):
     )
 
 
-def robot_compliance(inverse_mass, hz):
+def robot_compliance(inverse_mass, hz, zeta):
     omega = 2 * pi * hz
     return Truth(
         robot=lambda t, y: (y[0], y[1]),
         own=lambda t, s_dot, x_ddot, f_c, y: (
             y[1],
-            -inverse_mass * f_c - 2 * 0.05 * omega * y[1] - omega**2 * y[0],
+            -inverse_mass * f_c - 2 * zeta * omega * y[1] - omega**2 * y[0],
         ),
         n_own=2,
     )
