@@ -59,3 +59,11 @@ def test_a_folder_without_answers_or_sealed_twice_is_refused(sealed, tmp_path):
         seal_folder(tmp_path)
     with pytest.raises(InputError, match="sealed already"):
         seal_folder(sealed[0])
+
+
+def test_an_answer_with_a_misspelt_key_is_not_sealed(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "answer.yaml").write_text("effect: [gravity]\n")
+    with pytest.raises(InputError, match=r"answer\.yaml: effects: must be a list of the causes' names"):
+        seal_folder(tmp_path)
+    assert (tmp_path / "a" / "answer.yaml").exists()

@@ -3,6 +3,7 @@
 import json
 import multiprocessing
 import os
+import shutil
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -15,14 +16,13 @@ from acf_jax.blind.seal import SEAL, seal_answers
 from acf_jax.errors import InputError
 from acf_jax.files import read_text, read_yaml_mapping, whole_folder, write_text
 
-TASKS = 60  # of one process: compiled programs fill its memory
 WITHHELD = "withheld.json"  # the effects that a diagnosis shall not know, by data set
 RUN = "run.json"  # what a run was started with
 
 Report = Callable[[str, int, int], None]
 
 
-def describe(folder: Path, arguments: dict[str, Any]) -> None:
+def _describe(folder: Path, arguments: dict[str, Any]) -> None:
     """Keep what a run was started with; `InputError` where the folder holds another one."""
     file = folder / RUN
     if not file.exists():
@@ -44,32 +44,34 @@ class Made(NamedTuple):
 
 
 def make(folder: Path, seed: int, cases: int, worlds: Sequence[str], workers: int, report: Report) -> None:
-    """Write the data sets of a run into `folder` and seal their answers."""
+    """Write the data sets of a run into `folder` and seal their answers.
+
+    Raises:
+        InputError: where a world does not exist, or the folder holds another run or something else.
+    """
     from acf_jax.worlds import find_world
 
-    if (folder / SEAL).exists():
-        return
     plan = draw_plan(seed, cases, [find_world(name) for name in worlds])
-    todo = [
-        Made(order, folder / f"case-{k:03d}", folder / ".answers" / f"case-{k:03d}.yaml")
-        for k, order in enumerate(plan)
-    ]
-    missing = [made for made in todo if not made.answer.exists()]
-    _all(workers, _make_one, missing, partial(report, "drawing data sets"), len(todo))
-    write_text(
-        folder / WITHHELD, json.dumps({m.folder.name: m.order.without for m in todo if m.order.without})
-    )
-    seal_answers(folder, {made.folder.name: read_yaml_mapping(made.answer) for made in todo})
-    for made in todo:
-        made.answer.unlink()
-    (folder / ".answers").rmdir()
+    _describe(folder, {"seed": seed, "cases": cases, "worlds": list(worlds)})
+    apart = folder / ".answers"
+    if not (folder / SEAL).exists():
+        todo = [
+            Made(order, folder / f"case-{k:03d}", apart / f"case-{k:03d}.yaml")
+            for k, order in enumerate(plan)
+        ]
+        missing = [made for made in todo if not made.answer.exists()]
+        _all(workers, _make_one, missing, partial(report, "drawing data sets"), len(todo))
+        withheld = {made.folder.name: made.order.without for made in todo if made.order.without}
+        write_text(folder / WITHHELD, json.dumps(withheld))
+        seal_answers(folder, {made.folder.name: read_yaml_mapping(made.answer) for made in todo})
+    shutil.rmtree(apart, ignore_errors=True)
 
 
 def _make_one(made: Made) -> None:
     import yaml
 
     from acf_jax.blind.imitate import imitators
-    from acf_jax.worlds import answer_of, make_case, write_case
+    from acf_jax.worlds import answer_of, make_case, write_data
 
     order = made.order
     case = make_case(order.seed, order.effects, None, order.target, order.world, order.coloured)
@@ -80,8 +82,7 @@ def _make_one(made: Made) -> None:
         from acf_jax.blind.ceiling import ceiling
 
         answer["ceiling"] = ceiling(case)
-    write_case(case, made.folder, made.answer.with_suffix(".all"))
-    made.answer.with_suffix(".all").unlink()
+    write_data(case, made.folder)
     write_text(made.answer, yaml.safe_dump(answer, sort_keys=False))
 
 

@@ -26,27 +26,28 @@ def ceiling(case: Case) -> float:
     world, setup = find_world("scipy"), case.setup
     (true,) = case.causes
     tangents = Tangents(world, setup)
-    lasting = [time for time, *_ in signature(find_world(case.world), setup, list(case.causes.values()))]
+    pairs = signature(find_world(case.world), setup, list(case.causes.values()))
+    lasting = [time for time, *_ in pairs]
+    nominal = _forces(world, setup, [], lasting)
     rng = np.random.default_rng(case.seed)
     labels = [true]
-    signals = [_signal(find_world(case.world), setup, list(case.causes.values()), lasting)]
+    signals = [[with_causes - without for _, with_causes, without in pairs]]
     for name in world.causes("library"):
         for seed in rng.integers(2**31, size=FORMS).tolist():
             labels.append(name)
-            signals.append(_signal(world, setup, [world.draw(name, seed, setup.rig, SMALL)], lasting))
+            forces = _forces(world, setup, [world.draw(name, seed, setup.rig, SMALL)], lasting)
+            signals.append([f - without for f, without in zip(forces, nominal, strict=True)])
     return decide(tangents.gram(signals), labels, case.distance, rng)
 
 
-def _signal(
+def _forces(
     world: AbstractWorld, setup: Setup, causes: Sequence[AbstractCause], lasting: Sequence[np.ndarray]
 ) -> list[np.ndarray]:
-    """What the causes change in the sensed force of each condition at the times of `lasting`, N."""
-    changes = []
-    for impact, time in zip(setup.conditions, lasting, strict=True):
-        force = world.respond(setup.rig, causes, impact, time, after_loss=np.inf).sensed
-        without = world.respond(setup.rig, [], impact, time, after_loss=np.inf).sensed
-        changes.append(force - without[: force.size])
-    return changes
+    """The sensed force of each condition at the times of `lasting`, N."""
+    return [
+        world.respond(setup.rig, causes, impact, time, after_loss=np.inf).sensed
+        for impact, time in zip(setup.conditions, lasting, strict=True)
+    ]
 
 
 def decide(gram: np.ndarray, labels: Sequence[str], size: float, rng: np.random.Generator) -> float:

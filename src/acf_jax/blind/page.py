@@ -7,8 +7,8 @@ from acf_jax import __version__
 from acf_jax.blind.summary import Row
 from acf_jax.blind.table import mark, named
 from acf_jax.blind.targets import targets
-from acf_jax.report.markup import Html, details, element, section, table
-from acf_jax.report.page import Part, page
+from acf_jax.report.markup import Html, details, element, table
+from acf_jax.report.page import page, part
 from acf_jax.report.plot import Variant, axis, plot, series
 
 VERDICTS = {True: ("met", "good"), False: ("missed", "bad"), None: ("no such case", "muted")}
@@ -17,21 +17,17 @@ VERDICTS = {True: ("met", "good"), False: ("missed", "bad"), None: ("no such cas
 def score_page(name: str, rows: Sequence[Row], score: dict[str, Any]) -> str:
     """The page of a score."""
     parts = [
-        _part("targets", "Targets", "What was asked for, and what came out", _targets(score)),
-        _part("size", "Effect size", "Small effects and large ones", _by_distance(score)),
-        _part("confusion", "Confusion", "What was taken for what", _confusion(score)),
-        _part("calibration", "Calibration", "Do probabilities keep their word", _reliability(score)),
-        _part("shrinkage", "Shrinkage", "Claimed and real shrinkage", _shrinkage(rows)),
-        _part("misses", "Misses", "Every miss", _misses(rows)),
+        part("targets", "Targets", "What was asked for, and what came out", _targets(score)),
+        part("size", "Effect size", "Small effects and large ones", _by_distance(score)),
+        part("confusion", "Confusion", "What was taken for what", _confusion(score)),
+        part("calibration", "Calibration", "Do probabilities keep their word", _reliability(score)),
+        part("shrinkage", "Shrinkage", "Claimed and real shrinkage", _shrinkage(rows)),
+        part("misses", "Misses", "Every miss", _misses(rows)),
     ]
     foot = element(
         "p", f"acf-jax {__version__}. The rows behind this page are in score.json beside it.", class_="muted"
     )
-    return page(f"Blind score: {name}", _head(name, score), parts, foot)
-
-
-def _part(name: str, word: str, heading: str, *body: Html | None) -> Part:
-    return Part(name, word, section(name, heading, *(b for b in body if b)))
+    return page(f"Blind score: {name}", _head(name, score), [p for p in parts if p], foot)
 
 
 def _head(name: str, score: dict[str, Any]) -> Html:

@@ -35,10 +35,19 @@ def seal_folder(folder: Path) -> str:
     if (folder / SEAL).exists():
         raise InputError(f"{folder / SEAL}: these answers are sealed already")
     files = sorted(folder.glob("*/answer.yaml"))
-    digest = seal_answers(folder, {file.parent.name: read_yaml_mapping(file) for file in files})
+    digest = seal_answers(folder, {file.parent.name: read_answer(file) for file in files})
     for file in files:
         file.unlink()
     return digest
+
+
+def read_answer(path: Path) -> dict[str, Any]:
+    """An `answer.yaml`; `InputError` where it does not name the effects."""
+    answer = read_yaml_mapping(path)
+    effects = answer.get("effects")
+    if not isinstance(effects, list) or not all(isinstance(name, str) for name in effects):
+        raise InputError(f"{path}: effects: must be a list of the causes' names, such as [sensor_lag], or []")
+    return answer
 
 
 def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, dict[str, Any]]:
@@ -51,7 +60,7 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, dic
         InputError: where the seal is broken, or a diagnosis is not the one that the opening saw.
     """
     if not (folder / SEAL).exists():
-        return {name: read_yaml_mapping(folder / name / "answer.yaml") for name in names}
+        return {name: read_answer(folder / name / "answer.yaml") for name in names}
     seal = json.loads(read_text(folder / SEAL))
     content = (folder / ANSWERS).read_bytes()
     if hashlib.sha256(content).hexdigest() != seal["sha256"]:

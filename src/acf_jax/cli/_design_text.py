@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from acf_jax.design.remedy import Infeasible
     from acf_jax.design.solve import Design
+    from acf_jax.design.task import Task
 
 GOALS = {
     "fastest": "Fastest contact",
@@ -78,16 +79,23 @@ def explanation(found: "Infeasible") -> str:
     return "\n".join(lines)
 
 
+def _asked(task: "Task", feasible: bool) -> dict[str, Any]:
+    """What was asked for, and whether it can be had."""
+    return {
+        "schema": "acf-design/1",
+        "feasible": feasible,
+        "model": task.model.source,
+        "goal": task.goal,
+        "limit_n": task.limit,
+        "probability": task.probability,
+    }
+
+
 def document(found: "Design") -> dict[str, Any]:
     """A design for programs."""
     task, model = found.task, found.task.model
     return {
-        "schema": "acf-design/1",
-        "feasible": True,
-        "model": model.source,
-        "goal": task.goal,
-        "limit_n": task.limit,
-        "probability": task.probability,
+        **_asked(task, feasible=True),
         "optimum": {model.names[i]: float(found.z[i]) for i in task.free},
         "all_values": {name: float(value) for name, value in zip(model.names, found.z, strict=True)},
         "force_n": found.force,
@@ -113,12 +121,7 @@ def infeasible_document(found: "Infeasible") -> dict[str, Any]:
     """Infeasibility for programs."""
     task, model = found.task, found.task.model
     return {
-        "schema": "acf-design/1",
-        "feasible": False,
-        "model": model.source,
-        "goal": task.goal,
-        "limit_n": task.limit,
-        "probability": task.probability,
+        **_asked(task, feasible=False),
         "least_loaded": {name: float(value) for name, value in zip(model.names, found.z, strict=True)},
         "force_n": found.force,
         "force_not_exceeded_n": found.upper,

@@ -53,10 +53,9 @@ def command(
 
     if out is None:
         raise InputError("--out: is missing; name a folder for the run")
-    from acf_jax.blind.campaign import describe, make
+    from acf_jax.blind.campaign import make
 
     sets = out / "sets"
-    describe(sets, {"seed": seed, "cases": cases, "worlds": list(worlds)})
     with _progress() as report:
         make(sets, seed, cases, worlds, workers, report)
     _score(sets, out / "results", workers)

@@ -30,20 +30,21 @@ def fit_single(observations: Observations, nominal: Fit, name: str) -> Fit:
     prior = observations.prior.values
     fits = [fit(observations, (name,), np.concatenate([prior, start, [0.0]])) for start in starts(name)]
     if name in library():
-        gain, start = promise(observations, nominal, name)
+        gain, start = promise(observations, nominal, Projector.at(nominal.linear), name)
         if gain > HINT:
             theta = np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]])
             fits.append(fit(observations, (name,), theta, nominal.own, warm=True))
     return best(fits)
 
 
-def promise(observations: Observations, fitted: Fit, name: str) -> tuple[float, np.ndarray]:
+def promise(
+    observations: Observations, fitted: Fit, projector: Projector, name: str
+) -> tuple[float, np.ndarray]:
     """How much of what a fit leaves an effect explains, to first order in chi-square, and with which parameters.
 
     A signature is the change of the simulated forces by the effect at one of its starts on the fitted rig; of the
-    residual r it may take (r' s)^2 / s' P s, with the sign that the effect allows.
+    residual r it may take (r' s)^2 / s' P s, with the sign that the effect allows. `projector` is that of the fit.
     """
-    projector = Projector.at(fitted.linear)
     strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
     gain, parameters = 0.0, np.array(starts(name)[0])
     for start, signal, two_sided in signatures(observations, fitted, name):
@@ -68,8 +69,11 @@ def fit_more(observations: Observations, fitted: Fit, name: str) -> Fit:
 
 def partners(observations: Observations, fitted: Fit, effects: Sequence[str]) -> list[tuple[str, float]]:
     """The effects by what they promise to explain of what a fit leaves, see `promise`."""
+    projector = Projector.at(fitted.linear)
     gains = [
-        (name, promise(observations, fitted, name)[0]) for name in effects if name not in fitted.explanation
+        (name, promise(observations, fitted, projector, name)[0])
+        for name in effects
+        if name not in fitted.explanation
     ]
     return sorted(gains, key=lambda item: -item[1])
 

@@ -20,6 +20,7 @@ def judge(
     observations: Observations,
     harmless: bool,
 ) -> str:
+    """The verdict; `harmless` says that no explanation that stands changes a peak beyond its uncertainty."""
     first = scored[0].explanation
     blind = sum(d.distance_at_typical < DETECTABLE for d in detectability) > len(detectability) / 2
     if observations.peak_only.all() or (blind and first == ()):

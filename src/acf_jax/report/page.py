@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from plotly.offline import get_plotlyjs
 
-from acf_jax.report.markup import Html, element, escape, join
+from acf_jax.report.markup import Html, element, escape, join, section
 
 
 class Part(NamedTuple):
@@ -17,6 +17,12 @@ class Part(NamedTuple):
     name: str
     word: str
     html: Html
+
+
+def part(name: str, word: str, heading: str, *body: Html | None) -> Part | None:
+    """A section of what there is; None where there is nothing."""
+    there = [b for b in body if b]
+    return Part(name, word, section(name, heading, *there)) if there else None
 
 
 def page(title: str, head: Html, parts: Sequence[Part], foot: Html) -> str:

@@ -18,9 +18,9 @@ from acf_jax.report import (
     traces,
     where,
 )
-from acf_jax.report.markup import Html, element, section
+from acf_jax.report.markup import element
 from acf_jax.report.outlook import outlook
-from acf_jax.report.page import Part, page
+from acf_jax.report.page import page, part
 
 
 def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> None:
@@ -32,25 +32,25 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> N
     look = outlook(d)
     beside = [p for p in (heldout.force_error(content), heldout.peak_errors(d)) if p is not None]
     parts = [
-        _part("before-after", "Before, after", "Before and after", traces.overlay(d, look)),
-        _part("where", "Where", "Where the gap lies", where.in_words(d), where.gap_map(d), where.components(d)),
-        _part(
+        part("before-after", "Before, after", "Before and after", traces.overlay(d, look)),
+        part("where", "Where", "Where the gap lies", where.in_words(d), where.gap_map(d), where.components(d)),
+        part(
             "why", "Why", "What explains it", evidence.in_words(d), evidence.probabilities(content),
             discrepancy.unknown_cause(d), evidence.tried(d),
         ),
-        _part(
+        part(
             "how-far", "How far it shrinks", "How far the gap shrinks", heldout.in_words(content),
             element("div", *beside, class_="beside"),
         ),
-        _part(
+        part(
             "peak", "Peak force", "Sensed and contact force", peaks.in_words(look), peaks.over_velocity(d, look),
             peaks.by_condition(d, look),
         ),
-        _part("parameters", "Parameters", "Parameters", parameters.parameter_table(d)),
-        _part("next", "Next trial", "What to measure next", design.next_experiment(d)),
-        _part("design", "Detectability", "What these trials could have seen", design.detectable(d)),
-        _part("data", "Data", "Data quality", quality.overview(d)),
-        _part("warnings", "Warnings", "Warnings", quality.warnings(d)),
+        part("parameters", "Parameters", "Parameters", parameters.parameter_table(d)),
+        part("next", "Next trial", "What to measure next", design.next_experiment(d)),
+        part("design", "Detectability", "What these trials could have seen", design.detectable(d)),
+        part("data", "Data", "Data quality", quality.overview(d)),
+        part("warnings", "Warnings", "Warnings", quality.warnings(d)),
     ]  # fmt: skip
     foot = element(
         "p",
@@ -60,9 +60,3 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> N
     )
     title = f"Sim-to-real gap: {d.dataset.folder.name}"
     write_text(path, page(title, summary.summary(d, content, look), [p for p in parts if p], foot))
-
-
-def _part(name: str, word: str, heading: str, *body: Html | None) -> Part | None:
-    """A section of what there is; None where there is nothing."""
-    there = [b for b in body if b]
-    return Part(name, word, section(name, heading, *there)) if there else None

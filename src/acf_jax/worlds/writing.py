@@ -26,17 +26,27 @@ def write_case(case: Case, folder: Path, answer: Path | None = None) -> None:
     Files: dataset.yaml, trials.csv, traces/, held_out_conditions.csv, held_out_traces/, answer.yaml.
     """
     with whole_folder(folder) as scratch:
-        write_text(scratch / "dataset.yaml", _yaml(_dataset(case)))
-        write_text(scratch / "trials.csv", _trials(case.trials))
-        write_text(scratch / "held_out_conditions.csv", _conditions(case.held_out))
-        for trial in case.trials:
-            write_text(scratch / "traces" / f"{trial.name}.csv", _trace(trial.time, trial.force, 2))
-        for trial in case.held_out:
-            write_text(scratch / "held_out_traces" / f"{trial.name}.csv", _trace(trial.time, trial.force, 3))
+        _write_data(case, scratch)
         if answer is None:
             write_text(scratch / "answer.yaml", _yaml(answer_of(case)))
     if answer is not None:
         write_text(answer, _yaml(answer_of(case)))
+
+
+def write_data(case: Case, folder: Path) -> None:
+    """The same without any answer."""
+    with whole_folder(folder) as scratch:
+        _write_data(case, scratch)
+
+
+def _write_data(case: Case, folder: Path) -> None:
+    write_text(folder / "dataset.yaml", _yaml(_dataset(case)))
+    write_text(folder / "trials.csv", _trials(case.trials))
+    write_text(folder / "held_out_conditions.csv", _conditions(case.held_out))
+    for trial in case.trials:
+        write_text(folder / "traces" / f"{trial.name}.csv", _trace(trial.time, trial.force, 2))
+    for trial in case.held_out:
+        write_text(folder / "held_out_traces" / f"{trial.name}.csv", _trace(trial.time, trial.force, 3))
 
 
 def answer_of(case: Case) -> dict[str, Any]:
