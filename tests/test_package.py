@@ -48,7 +48,7 @@ LAYERS = [
     {"contact"},
     {"design", "safety", "export"},
     {"report"},
-    {"blind"},
+    {"blind", "recording"},
     {"cli"},
 ]
 

@@ -44,8 +44,9 @@ class _UniqueKeyLoader(yaml.SafeLoader):
 
 def read_yaml_mapping(path: Path) -> dict[str, Any]:
     """The mapping in a YAML file; `InputError` when it is not one."""
+    text = read_text(path)
     try:
-        value = yaml.load(read_text(path), Loader=_UniqueKeyLoader)
+        value = yaml.load(text, Loader=_UniqueKeyLoader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" line {mark.line + 1}" if mark else ""
@@ -53,6 +54,8 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}{where}: {what}; correct the YAML") from None
     except RecursionError:
         raise InputError(f"{path}: nested too deeply; correct the YAML") from None
+    except (ValueError, TypeError, OverflowError) as error:  # a date or number that does not exist
+        raise InputError(f"{path}: is not valid YAML ({error}); correct the YAML") from None
     if not isinstance(value, dict):
         raise InputError(f"{path}: must hold `key: value` pairs, but holds {type(value).__name__}")
     return value

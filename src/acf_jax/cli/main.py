@@ -1,6 +1,7 @@
 """`python -m acf_jax`: one command a file in this folder, imported only when it is called."""
 
 import importlib
+import keyword
 import sys
 from pathlib import Path
 
@@ -15,12 +16,14 @@ class CommandFolder(click.Group):
 
     def list_commands(self, context: click.Context) -> list[str]:
         files = Path(__file__).parent.glob("*.py")
-        return sorted(f.stem for f in files if f.stem not in ("__init__", "main") and f.stem[0] != "_")
+        names = (f.stem for f in files if f.stem not in ("__init__", "main") and f.stem[0] != "_")
+        return sorted(name.rstrip("_") for name in names)
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in self.list_commands(context):
             return None
-        module = importlib.import_module(f"acf_jax.cli.{name}")
+        # a name that Python keeps for itself has a file with an underscore behind it
+        module = importlib.import_module(f"acf_jax.cli.{name}{'_' * keyword.iskeyword(name)}")
         command: click.Command = module.command
         return command
 

@@ -83,14 +83,15 @@ class _Document(_Strict):
 def read_description(path: Path) -> tuple[str, RigPrior, Measurement]:
     """Description, rig prior and measurement of a dataset.yaml; `InputError` with all its faults."""
     check_file(path)
+    return check_description(path, read_yaml_mapping(path))
+
+
+def check_description(path: Path, mapping: dict[str, Any]) -> tuple[str, RigPrior, Measurement]:
+    """The same of a mapping that was read from `path`."""
     try:
-        document = _Document.model_validate(read_yaml_mapping(path))
+        document = _Document.model_validate(mapping)
     except ValidationError as error:
         raise InputError([_fault(path, detail) for detail in error.errors(include_url=False)]) from None
-    except InputError:
-        raise
-    except (ValueError, TypeError, OverflowError) as error:  # a YAML date or number that does not exist
-        raise InputError(f"{path}: is not valid YAML ({error}); correct the YAML") from None
     rig, measurement = document.rig, document.measurement
     priors = (
         Prior(known.value, known.std)

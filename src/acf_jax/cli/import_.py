@@ -1,0 +1,178 @@
+"""`python -m acf_jax import`: a gap data set from one long recording."""
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from acf_jax.recording import Impacts
+
+EXAMPLES = """
+\b
+Examples:
+  python -m acf_jax import session.mcap --list
+  python -m acf_jax import session.mcap --out my_rig --rig rig.yaml --pretension 60 --review cuts.yaml
+  python -m acf_jax import log.csv --out my_rig --force "-1*Fz" --velocity "0.001*v_mm_s" --pretension preload
+"""
+SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
+
+
+@click.command(epilog=EXAMPLES)
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the data set.")
+@click.option("--rig", type=click.Path(path_type=Path), help="YAML file: what is known of the rig.")
+@click.option("--mapping", type=click.Path(path_type=Path), help="YAML file: what the signals are.")
+@click.option("--force", metavar="SIGNAL", help=f"N, positive in contact: {SIGNAL}.")
+@click.option("--velocity", metavar="SIGNAL", help="m/s, of the robot towards the part; or a number.")
+@click.option("--position", metavar="SIGNAL", help="m, in place of the velocity: its derivative counts.")
+@click.option("--pretension", metavar="SIGNAL", help="N; or a number.")
+@click.option("--time", metavar="COLUMN", help="Of the times, in a table.")
+@click.option(
+    "--review", type=click.Path(path_type=Path), help="YAML file of the cuts: written, then honoured."
+)
+@click.option("--list", "listed", is_flag=True, help="Only list what the recording offers.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    recording: Path,
+    out: Path | None,
+    rig: Path | None,
+    mapping: Path | None,
+    review: Path | None,
+    listed: bool,
+    as_json: bool,
+    **signals: str | None,
+) -> None:
+    """Cut a gap data set from RECORDING: a ROS bag, a CSV or Parquet table, or NumPy arrays.
+
+    Finds the contacts, measures their velocity, and writes OUT/dataset.yaml, OUT/trials.csv, OUT/traces and a page of
+    every cut, OUT/import.html. docs/import.md leads from a recording to a report.
+    """
+    from acf_jax.errors import InputError
+    from acf_jax.recording.choose import listing
+    from acf_jax.recording.readers import open_recording
+
+    if listed:
+        channels = open_recording(recording).channels()
+        shown = [{"name": c.name, "type": c.type, "count": c.count} for c in channels]
+        click.echo(json.dumps(shown, indent=2) if as_json else listing(channels))
+        return
+    if out is None:
+        raise InputError("--out: is missing; name a folder for the data set")
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out {out}: is a file; name a folder")
+    impacts, described = _import(recording, out, rig, mapping, review, signals)
+    click.echo(
+        json.dumps(_document(impacts), indent=2) if as_json else _text(impacts, out, review, described)
+    )
+
+
+def _import(
+    recording: Path,
+    out: Path,
+    rig: Path | None,
+    mapping: Path | None,
+    review: Path | None,
+    signals: dict[str, Any],
+) -> tuple["Impacts", bool]:
+    """Read, cut, write; the impacts, and whether the rig is described."""
+    from acf_jax.errors import InputError
+    from acf_jax.files import whole_folder, write_text
+    from acf_jax.recording import find_impacts, read_mapping, read_session
+    from acf_jax.recording.page import import_page
+    from acf_jax.recording.review import read_review
+    from acf_jax.recording.rig import read_rig_file
+    from acf_jax.recording.write import review_of, write_impacts
+
+    faults: list[str] = []
+    known, chosen = None, None
+    if rig is None and (out / "dataset.yaml").exists():
+        rig = out / "dataset.yaml"  # an earlier import, its rig perhaps filled in by now
+    try:
+        known = read_rig_file(rig) if rig else None
+    except InputError as error:
+        if rig != out / "dataset.yaml":
+            faults += error.faults
+    try:
+        chosen = read_mapping(mapping, signals)
+    except InputError as error:
+        faults += error.faults
+    if faults or chosen is None:
+        raise InputError(faults)
+    with _progress() as progress:
+        session = read_session(recording, chosen, progress)
+    decided = None
+    if review is not None and review.exists():
+        decided = read_review(review, recording.name, session.duration).cuts
+    impacts = find_impacts(session, chosen.contacts, known.prior if known else None, decided)
+    with whole_folder(out) as folder:
+        write_impacts(folder, impacts, known)
+        write_text(folder / "import.html", import_page(impacts, str(review or "cuts.yaml"), str(out)))
+    if review is not None and decided is None:
+        write_text(review, review_of(impacts))
+    return impacts, known is not None
+
+
+def _text(impacts: "Impacts", out: Path, review: Path | None, described: bool) -> str:
+    kept, session = impacts.kept, impacts.session
+    conditions = {cut.condition for cut in kept}
+    odd = [
+        f"{cut.trial} is not kept: {'; '.join(cut.remarks) or 'dropped by the review'}"
+        for cut in impacts.cuts
+        if not cut.keep
+    ]
+    lines = [
+        f"{len(impacts.cuts)} contacts in {session.duration:.1f} s, {len(kept)} kept, at {len(conditions)} conditions",
+        *odd,
+        *impacts.notes,
+        f"{out / 'import.html'}: look at every cut in a browser",
+    ]
+    if review is not None:
+        lines.append(f"{review}: drop or move a cut here, then import again")
+    if described:
+        lines.append(f"next: python -m acf_jax diagnose {out} --out diagnosis")
+    else:
+        lines.append(
+            f"{out / 'dataset.yaml'}: fill in the rig, or import again with --rig FILE, before `diagnose`"
+        )
+    return "\n".join(lines)
+
+
+def _document(impacts: "Impacts") -> dict[str, Any]:
+    begin = int(impacts.session.force.time[0])
+    return {
+        "recording": str(impacts.session.path),
+        "signals": impacts.session.labels,
+        "cuts": [
+            {
+                "trial": cut.trial,
+                "keep": cut.keep,
+                "contact_s": 1e-9 * (cut.contact.begin - begin),
+                "contact_velocity_m_per_s": cut.velocity.value,
+                "contact_velocity_std_m_per_s": cut.velocity.std,
+                "pretension_n": cut.pretension.value,
+                "peak_force_n": cut.peak,
+                "remarks": list(cut.remarks),
+            }
+            for cut in impacts.cuts
+        ],
+        "notes": list(impacts.notes),
+    }
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None]]:
+    """A bar of what is read on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("reading", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total or None)

@@ -1,0 +1,123 @@
+"""Which topic or column holds what: one frozen model, from the command line, a YAML file, or both."""
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from acf_jax.dataset.table import suggestion
+from acf_jax.errors import InputError
+from acf_jax.files import read_yaml_mapping
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_TEXT = re.compile(rf"(?:(?P<scale>{_NUMBER})\*)?(?P<name>.+)", re.DOTALL)
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Source(_Part):
+    """One signal of a recording: `[SCALE*]NAME`, `[SCALE*]/TOPIC[:FIELD]`, or these keys."""
+
+    name: str = Field(min_length=1, description="topic, column or array")
+    field: str | None = Field(
+        default=None, description="path within a message: z, wrench.force.z, velocity[2]"
+    )
+    scale: float = Field(default=1.0, description="to SI units, positive in contact or when approaching")
+    time: str | None = Field(default=None, description="the column of its own times, in a table")
+    clock_offset_s: float = Field(default=0.0, description="s, added to its times")
+
+    def __str__(self) -> str:
+        return f"{self.name}:{self.field}" if self.field else self.name
+
+    @model_validator(mode="after")
+    def _has_a_scale(self) -> Self:
+        if self.scale == 0.0:
+            raise ValueError("scale must not be 0; give the factor to SI units")
+        return self
+
+
+def parse_source(text: str) -> Source:
+    """The signal that `[SCALE*]NAME` names; behind a topic, which begins with /, a colon and a field may follow."""
+    found = _TEXT.fullmatch(text)
+    if found is None:
+        raise ValueError("must name a topic or a column")
+    scale, name = float(found["scale"] or 1.0), found["name"].strip()
+    topic, colon, field = name.partition(":")
+    if name.startswith("/") and colon:
+        return Source(name=topic, field=field or None, scale=scale)
+    return Source(name=name, scale=scale)
+
+
+def _source(value: Any) -> Any:
+    return parse_source(value) if isinstance(value, str) else value
+
+
+def _source_or_number(value: Any) -> Any:
+    if isinstance(value, str) and re.fullmatch(_NUMBER, value.strip()):
+        return float(value)
+    return _source(value)
+
+
+Signal = Annotated[Source, BeforeValidator(_source)]
+SignalOrNumber = Annotated[Source | float, BeforeValidator(_source_or_number)]
+
+
+class Contacts(_Part):
+    """How contacts are found and cut; the defaults suit impacts of milliseconds."""
+
+    threshold_n: float | None = Field(
+        default=None, gt=0, description="N above the approach; else from its noise"
+    )
+    separation_s: float = Field(default=0.1, gt=0, description="a contact ends when force is gone that long")
+    before_s: float = Field(default=0.01, gt=0, description="of the approach in a trace, at least 40 samples")
+    after_s: float = Field(default=0.06, gt=0, description="of the contact in a trace")
+    tare: bool = Field(default=False, description="subtract the force before each contact")
+
+
+class Mapping(_Part):
+    """What the signals of a recording are; what is left out is looked for."""
+
+    force: Signal | None = Field(default=None, description="N")
+    velocity: SignalOrNumber | None = Field(default=None, description="m/s, robot towards the part")
+    position: Signal | None = Field(default=None, description="m, differentiated in place of a velocity")
+    pretension: SignalOrNumber | None = Field(default=None, description="N")
+    time: str | None = Field(default=None, description="column of the times, in a table")
+    time_scale: float | None = Field(default=None, gt=0, description="s per unit of that column")
+    contacts: Contacts = Contacts()
+
+    @model_validator(mode="after")
+    def _has_one_speed(self) -> Self:
+        if self.velocity is not None and self.position is not None:
+            raise ValueError("velocity and position are both given; keep one")
+        return self
+
+
+def read_mapping(path: Path | None, options: dict[str, Any]) -> Mapping:
+    """The mapping of a file, options of the command line in place of its keys; `InputError` lists every fault."""
+    given = {name: value for name, value in options.items() if value is not None}
+    document = read_yaml_mapping(path) if path else {}
+    if "velocity" in given or "position" in given:
+        document = {key: value for key, value in document.items() if key not in ("velocity", "position")}
+    try:
+        return Mapping.model_validate(document | given)
+    except ValidationError as error:
+        raise InputError([_fault(path, dict(fault), given) for fault in error.errors()]) from None
+
+
+def _fault(path: Path | None, fault: dict[str, Any], given: dict[str, Any]) -> str:
+    kinds = ("Source", "float", "function-before[_source(), Source]")
+    location = [str(part) for part in fault["loc"] if part not in kinds]
+    key = ".".join(location)
+    where = f"--{key}" if location and location[0] in given else f"{path} key '{key}'" if key else f"{path}"
+    if fault["type"] == "extra_forbidden":
+        known = [*Mapping.model_fields, *Source.model_fields, *Contacts.model_fields]
+        return f"{where}: is not a known key{suggestion(location[-1], known) or '; remove it'}"
+    if fault["type"] == "value_error":
+        return f"{where}: {fault['ctx']['error']}"
+    if fault["type"] == "missing":
+        return f"{where}: is missing; add it"
+    what = f"{fault['msg'].lower()}, but is {str(fault['input'])[:60]!r}"
+    return f"{where}: {what}; see the mapping in docs/import.md"

@@ -1,0 +1,241 @@
+"""`import.html`: every cut on the whole recording, on one self-contained page."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from acf_jax import __version__
+from acf_jax.recording.cut import Cut
+from acf_jax.recording.impacts import Impacts
+from acf_jax.recording.series import Array, Series
+from acf_jax.report.markup import Html, bullets, element, join, section, table
+from acf_jax.report.page import Part, page
+from acf_jax.report.plot import Variant, axis, plain, plot, series
+
+BUCKETS = 3000  # of the whole recording; each shows its least and largest sample
+MOST = 100  # cuts that the page carries sample by sample
+
+
+def import_page(impacts: Impacts, review: str, dataset: str) -> str:
+    """The page. `review`, `dataset`: where cuts.yaml and the data set lie, as the user calls them."""
+    name = impacts.session.path.name
+    parts = [
+        Part("recording", "Recording", section("recording", "The whole recording", _whole(impacts))),
+        Part("cuts", "Cuts", section("cuts", "Each cut", _each(impacts), _table(impacts))),
+        Part("notes", "Notes", section("notes", "What was taken, and from where", _notes(impacts))),
+        Part("next", "Next", section("next", "What to do next", _next(review, dataset))),
+    ]
+    foot = element(
+        "p",
+        f"acf-jax {__version__}. SI units; positive force compresses, positive velocity approaches; time 0 of a cut is"
+        " first contact.",
+        class_="muted",
+    )
+    return page(f"Import of {name}", _head(impacts), parts, foot)
+
+
+def _head(impacts: Impacts) -> Html:
+    kept = impacts.kept
+    found, used = len(impacts.cuts), len(kept)
+    session = impacts.session
+    conditions = len({cut.condition for cut in kept})
+    step = np.median(np.diff(session.force.time[:100_000])) * 1e-9
+    tiles = (
+        ("Conditions", f"{conditions}"),
+        ("Contact velocity", _range([c.velocity.value for c in kept], "m/s")),
+        ("Pretension", _range([c.pretension.value for c in kept], "N")),
+        ("Noise before contact", f"{np.median([c.contact.noise_std for c in kept]):.2g} N"),
+        ("Force sampled at", f"{1.0 / step:.4g} Hz"),
+    )
+    said = (
+        f"All {found} contacts go into the data set."
+        if used == found
+        else f"{used} of {found} contacts are kept."
+    )
+    minutes = f"{session.duration:.1f} s" if session.duration < 120 else f"{session.duration / 60:.1f} min"
+    facts = (
+        element("div", element("dt", term), element("dd", value, class_="value")) for term, value in tiles
+    )
+    return Html(
+        element("h1", f"Import of {session.path.name}")
+        + element("p", said, class_="verdict")
+        + element(
+            "p", f"{minutes} of recording. Look at every cut before you trust the data set.", class_="muted"
+        )
+        + element("dl", *facts, class_="tiles")
+    )
+
+
+def _whole(impacts: Impacts) -> Html:
+    session = impacts.session
+    begin = int(session.force.time[0])
+    shown: list[dict[str, Any]] = [
+        _line(*envelope(session.force, begin), "force", "--recalibrated"),
+        _marks(impacts, [c for c in impacts.cuts if c.keep], begin, "kept", "--corrected", "circle"),
+    ]
+    if dropped := [c for c in impacts.cuts if not c.keep]:
+        shown.append(_marks(impacts, dropped, begin, "not kept", "--bad", "x"))
+    layout: dict[str, Any] = {"xaxis": axis("time since the first force sample / s", domain=[0, 1])}
+    layout["yaxis"] = axis("force / N")
+    if isinstance(session.speed, Series):
+        label = "position / m" if session.is_position else "velocity / m/s"
+        shown.append({**_line(*envelope(session.speed, begin), label[:8], "--nominal"), "yaxis": "y2"})
+        layout["xaxis"]["anchor"] = "y2"
+        layout["yaxis"]["domain"], layout["yaxis2"] = [0.36, 1], axis(label, domain=[0, 0.28])
+    spans = [
+        _span(
+            1e-9 * (c.contact.begin - begin + int(c.time[0])),
+            1e-9 * (c.contact.begin - begin + int(c.time[-1])),
+        )
+        for c in impacts.cuts
+        if c.keep and c.time.size
+    ]
+    caption = (
+        "Each mark is a contact, at its largest force; the shaded band is what was cut. The line runs through the least"
+        f" and the largest sample of {BUCKETS:,} equal parts. Drag to zoom, double-click to return."
+    )
+    return plot(
+        "whole", "Force and robot over time", caption, [Variant("", shown, {"shapes": spans})], layout, 480
+    )
+
+
+def _each(impacts: Impacts) -> Html:
+    cuts = impacts.cuts[:MOST]
+    layout = {
+        "xaxis": axis("time since first contact / ms"),
+        "yaxis": axis("force / N"),
+    }
+    more = f" The first {MOST} can be chosen." if len(impacts.cuts) > MOST else ""
+    caption = (
+        "Every sample of the cut. The upright line is time 0, where contact was found; the dotted one is the force"
+        f" before contact, with three standard deviations of its noise as a band.{more}"
+    )
+    variants = [_cut(impacts, cut) for cut in cuts]
+    return plot("cut", "Force of one contact", caption, variants, layout, 420, "Cut")
+
+
+def _cut(impacts: Impacts, cut: Cut) -> Variant:
+    ms = 1e-6 * cut.time
+    offset = (
+        0.0
+        if cut.time.size == 0
+        else float(np.median(cut.force[cut.time < 0] if (cut.time < 0).any() else 0.0))
+    )
+    samples = {
+        "type": "scatter", "mode": "lines+markers", "x": series(ms, 8), "y": series(cut.force, 6), "name": "force",
+        "line": {"color": "--recalibrated", "width": 1}, "marker": {"size": 4, "color": "--measured"},
+        "hovertemplate": "%{x} ms: %{y} N<extra></extra>",
+    }  # fmt: skip
+    noise = 3.0 * cut.contact.noise_std
+    shapes = [
+        {"type": "line", "x0": 0, "x1": 0, "yref": "paper", "y0": 0, "y1": 1,
+         "line": {"color": "--corrected", "width": 2}},
+        {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": offset, "y1": offset,
+         "line": {"color": "--muted", "dash": "dot", "width": 1}},
+        {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": offset - noise, "y1": offset + noise,
+         "fillcolor": "--band", "line": {"width": 0}, "layer": "below"},
+    ]  # fmt: skip
+    state = "" if cut.keep else ", not kept"
+    label = f"{cut.trial}: {cut.velocity.value:.4g} m/s, {cut.pretension.value:.4g} N{state}"
+    return Variant(label, [samples], {"shapes": shapes, "showlegend": False})
+
+
+def _table(impacts: Impacts) -> Html:
+    begin = int(impacts.session.force.time[0])
+    rows = []
+    for cut in impacts.cuts:
+        kept = (
+            element("span", "kept", class_="good") if cut.keep else element("span", "not kept", class_="bad")
+        )
+        v_e, f_p = cut.condition
+        rows.append(
+            (
+                cut.trial,
+                f"{1e-9 * (cut.contact.begin - begin):.6f} s",
+                f"{cut.velocity.value:.5g} ± {cut.velocity.std:.2g} m/s",
+                f"{cut.pretension.value:.4g} N",
+                f"{v_e:g} m/s, {f_p:g} N" if cut.keep else "–",
+                f"{cut.contact.peak if cut.peak is None else cut.peak:.4g} N",
+                join([kept, f": {'; '.join(cut.remarks)}" if cut.remarks else ""]),
+            )
+        )
+    head = ("Cut", "First contact", "Measured velocity", "Pretension", "Condition", "Peak", "")
+    return table("As found in the recording; ± is one standard deviation", head, rows)
+
+
+def _notes(impacts: Impacts) -> Html:
+    session = impacts.session
+    parts = {
+        "force": "Force",
+        "speed": "Position" if session.is_position else "Velocity",
+        "pretension": "Pretension",
+    }
+    taken = [
+        f"{word}: {session.labels[role]}"
+        if role in session.labels
+        else f"{word}: {getattr(session, role):g}, as given"
+        for role, word in parts.items()
+    ]
+    level = impacts.level
+    taken.append(
+        f"Threshold: {level.threshold:.3g} N above the {level.free:.3g} N before contact, whose noise is"
+        f" {level.noise_std:.2g} N"
+    )
+    varied = {"velocity": impacts.velocity_spread, "pretension": impacts.pretension_spread}
+    taken += [f"Repeats vary by {100 * v:.2g} % in {word}" for word, v in varied.items() if v is not None]
+    return bullets([*taken, *impacts.notes])
+
+
+def _next(review: str, dataset: str) -> Html:
+    steps = (
+        f"Is a cut wrong? Edit {review}: keep: false drops it, another contact_s moves it, a new line adds one; then"
+        " import again with --review.",
+        "Is its rig described? dataset.yaml wants mass, damping and stiffnesses with their standard deviations.",
+        f"python -m acf_jax diagnose {dataset} --out diagnosis",
+    )
+    return bullets([*steps[:2], element("code", steps[2])])
+
+
+def envelope(signal: Series, begin: int) -> tuple[Array, Array]:
+    """Times since `begin` (ns), s, and values of a line that shows the least and largest sample of each part."""
+    size = signal.time.size
+    if size <= 4 * BUCKETS:
+        return signal.seconds(begin), signal.value
+    width = size // BUCKETS
+    whole = signal.value[: BUCKETS * width].reshape(BUCKETS, width)
+    starts = width * np.arange(BUCKETS)
+    index = np.sort(np.stack([starts + whole.argmin(1), starts + whole.argmax(1)]), axis=0).T.ravel()
+    index = np.r_[index, size - 1]
+    return np.asarray((signal.time[index] - begin) * 1e-9, float), signal.value[index]
+
+
+def _line(time: Array, value: Array, name: str, color: str) -> dict[str, Any]:
+    return {
+        "type": "scatter", "mode": "lines", "x": series(time, 9),
+        "y": series(value, 5), "name": plain(name), "line": {"color": color, "width": 1},
+        "hovertemplate": "%{x} s: %{y}<extra></extra>",
+    }  # fmt: skip
+
+
+def _marks(
+    impacts: Impacts, cuts: Sequence[Cut], begin: int, name: str, color: str, symbol: str
+) -> dict[str, Any]:
+    return {
+        "type": "scatter", "mode": "markers", "name": name,
+        "x": series([1e-9 * (c.contact.begin - begin) for c in cuts], 9), "y": series([c.contact.peak for c in cuts]),
+        "text": [plain(f"{c.trial}: {'; '.join(c.remarks) or f'{c.velocity.value:.4g} m/s'}") for c in cuts],
+        "hovertemplate": "%{text}<extra></extra>", "marker": {"color": color, "symbol": symbol, "size": 8},
+    }  # fmt: skip
+
+
+def _span(first: float, last: float) -> dict[str, Any]:
+    return {
+        "type": "rect", "x0": first, "x1": last, "yref": "paper", "y0": 0, "y1": 1,
+        "fillcolor": "--band", "line": {"width": 0}, "layer": "below",
+    }  # fmt: skip
+
+
+def _range(values: Sequence[float], unit: str) -> str:
+    low, high = f"{min(values):.3g}", f"{max(values):.3g}"
+    return f"{low} to {high} {unit}" if low != high else f"{high} {unit}"

@@ -1,0 +1,65 @@
+"""Recordings by kind, one reader a file: a new file here is a new kind."""
+
+import importlib
+import pkgutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Protocol, cast
+
+from acf_jax.errors import InputError
+from acf_jax.recording.mapping import Source
+from acf_jax.recording.series import Channel, Progress, Series
+
+
+class Recording(Protocol):
+    """An open recording."""
+
+    def close(self) -> None:
+        """Let go of the file."""
+
+    def channels(self) -> list[Channel]:
+        """What it offers, by name."""
+
+    def candidates(self, role: str) -> list[Source]:
+        """What may be the 'force', the 'velocity' (or the position) or the 'pretension', most telling names only."""
+
+    def is_position(self, source: Source) -> bool:
+        """Whether a signal is, by its kind, a position rather than a velocity."""
+
+    def described(self, source: Source) -> str:
+        """The signal in words, its field filled in."""
+
+    def read(self, sources: Mapping[str, Source], progress: Progress) -> dict[str, Series]:
+        """The samples of several signals in one pass, by the keys of `sources`; `InputError` where one is missing."""
+
+
+class Reader(Protocol):
+    """A module of this folder."""
+
+    KIND: str  # in words
+
+    def recognises(self, path: Path) -> bool:
+        """Whether a file or folder is of this kind, by suffix and content."""
+
+    def open_recording(self, path: Path, time: str | None, time_scale: float | None) -> Recording:
+        """The recording; `InputError` when it cannot be opened. `time`: the column of the times, in a table."""
+
+
+def readers() -> list[Reader]:
+    """Every reader, in the order of their names."""
+    names = sorted(m.name for m in pkgutil.iter_modules(__path__) if not m.name.startswith("_"))
+    return [cast(Reader, importlib.import_module(f"{__name__}.{name}")) for name in names]
+
+
+def open_recording(path: Path, time: str | None = None, time_scale: float | None = None) -> Recording:
+    """The recording in a file or folder, by the reader that knows its kind.
+
+    **Raises:** `InputError` when there is none, or when none knows it.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder; check the path")
+    known = readers()
+    for reader in known:
+        if reader.recognises(path):
+            return reader.open_recording(path, time, time_scale)
+    raise InputError(f"{path}: is no recording known here; name one of {', '.join(r.KIND for r in known)}")

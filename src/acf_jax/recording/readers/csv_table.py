@@ -1,0 +1,119 @@
+"""CSV text with a header: commas, semicolons or tabs, decimal commas where they cannot be separators."""
+
+import csv
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from acf_jax.dataset.table import shown
+from acf_jax.errors import InputError
+from acf_jax.recording.readers._guard import border, within
+from acf_jax.recording.readers._table import Chunk, Table
+from acf_jax.recording.series import Channel, Progress
+
+KIND = "a CSV table (.csv, .tsv, .txt)"
+SUFFIXES = (".csv", ".tsv", ".txt")
+ROWS = 50_000  # of a chunk
+LONGEST = 1_000_000  # characters of a line
+SHOWN = 8  # faults shown
+
+_FAULTS = (OSError, csv.Error, UnicodeDecodeError)
+_REMEDY = "save it as UTF-8 text with separated cells"
+
+
+def recognises(path: Path) -> bool:
+    """A file of one of the suffixes."""
+    return path.is_file() and path.suffix.lower() in SUFFIXES
+
+
+def open_recording(path: Path, time: str | None, time_scale: float | None) -> Table:
+    """The table, by its header; lines before it that begin with # are skipped."""
+    with border(path, _FAULTS, _REMEDY), path.open(encoding="utf-8-sig", newline="") as file:
+        skipped, line = _header(file)
+    separator = max(",;\t", key=line.count)
+    with border(path, _FAULTS, _REMEDY):
+        names = [name.strip() for name in next(csv.reader([line], delimiter=separator), [])]
+    while names and not names[-1]:
+        names.pop()
+    if not names:
+        raise InputError(f"{path}: is empty; its first line must name the columns")
+    if all(_is_number(name) for name in names):
+        raise InputError(f"{path}: begins with numbers; its first line must name the columns")
+    if twice := [name for name in dict.fromkeys(names) if names.count(name) > 1]:
+        raise InputError(f"{path}: column {shown(twice[0])} is there twice; rename one")
+
+    def chunks(wanted: Sequence[str], progress: Progress) -> Iterator[Chunk]:
+        return _chunks(path, skipped, separator, names, wanted, progress)
+
+    return Table(path, [Channel(name, "column") for name in names], chunks, time, time_scale)
+
+
+def _header(file: TextIO) -> tuple[int, str]:
+    """How many lines stand before the header, and the header."""
+    skipped = 0
+    for line in iter(lambda: file.readline(LONGEST), ""):
+        if line.strip() and not line.startswith("#"):
+            return skipped, line
+        skipped += 1
+    return skipped, ""
+
+
+def _chunks(
+    path: Path, skipped: int, separator: str, names: list[str], wanted: Sequence[str], progress: Progress
+) -> Iterator[Chunk]:
+    places = [names.index(name) for name in wanted]
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        for _ in range(skipped + 1):
+            file.readline(LONGEST)
+        lines = iter(lambda: file.readline(LONGEST), "")
+        rows = csv.reader(lines, delimiter=separator, strict=True)
+        faults: list[str] = []
+        cells: list[list[str]] = []
+        for row in within(rows, path, _FAULTS, _REMEDY):
+            if not any(row):
+                continue
+            if len(row) != len(names) and any(cell.strip() for cell in row[len(names) :] or [row[-1]]):
+                number = skipped + 1 + rows.line_num
+                faults.append(f"{path} row {number}: has {len(row)} cells, not {len(names)}; correct the row")
+            elif len(row) < len(names):
+                row += [""] * (len(names) - len(row))
+            if len(faults) >= SHOWN:
+                raise InputError(faults)
+            cells.append([row[place] if place < len(row) else "" for place in places])
+            if len(cells) == ROWS:
+                yield _numbers(path, skipped + 2 + rows.line_num - ROWS, wanted, separator, cells, faults)
+                progress(rows.line_num, 0)
+                cells = []
+        yield _numbers(path, skipped + 2 + rows.line_num - len(cells), wanted, separator, cells, faults)
+
+
+def _numbers(
+    path: Path, first: int, wanted: Sequence[str], separator: str, cells: list[list[str]], faults: list[str]
+) -> Chunk:
+    """Columns of numbers, NaN for blank cells; `InputError` with the first cells that are neither."""
+    result = {}
+    for name, column in zip(wanted, zip(*cells, strict=True) if cells else [()] * len(wanted), strict=True):
+        if separator != ",":
+            column = tuple(cell.replace(",", ".") for cell in column)
+        try:
+            result[name] = np.array([float(cell or "nan") for cell in column])
+        except ValueError:
+            wrong = [(i, cell) for i, cell in enumerate(column) if cell.strip() and not _is_number(cell)]
+            faults += [
+                f"{path} row {first + i}: {name} is {shown(cell)}, not a number; correct the cell"
+                for i, cell in wrong[:SHOWN]
+            ]
+            result[name] = np.array([float(cell) if _is_number(cell) else np.nan for cell in column])
+    if faults:
+        raise InputError(faults[:SHOWN])
+    return result
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,216 @@
+"""ROS 1 bags and ROS 2 bags (MCAP, sqlite3), through rosbags."""
+
+import re
+import struct
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from acf_jax.dataset.table import shown, suggestion
+from acf_jax.errors import InputError
+from acf_jax.recording.mapping import Source
+from acf_jax.recording.readers._fields import getter
+from acf_jax.recording.readers._guard import Faults, border, need, within
+from acf_jax.recording.series import Channel, Growing, Progress, Series
+
+KIND = "a ROS 2 bag (folder, .mcap, .db3) or ROS 1 bag (.bag)"
+SUFFIXES = (".mcap", ".db3", ".bag")
+
+# Where a message type keeps the quantity; an axis is added to it.
+FORCE = {"geometry_msgs/msg/WrenchStamped": "wrench.force", "geometry_msgs/msg/Wrench": "force"}
+VELOCITY = {
+    "geometry_msgs/msg/TwistStamped": "twist.linear",
+    "geometry_msgs/msg/Twist": "linear",
+    "geometry_msgs/msg/TwistWithCovarianceStamped": "twist.twist.linear",
+    "nav_msgs/msg/Odometry": "twist.twist.linear",
+    "sensor_msgs/msg/JointState": "velocity",
+}
+POSITION = {
+    "geometry_msgs/msg/PoseStamped": "pose.position",
+    "geometry_msgs/msg/Pose": "position",
+    "geometry_msgs/msg/PoseWithCovarianceStamped": "pose.pose.position",
+    "geometry_msgs/msg/PointStamped": "point",
+    "geometry_msgs/msg/TransformStamped": "transform.translation",
+}
+NUMBER = {f"std_msgs/msg/{name}": "data" for name in ("Float64", "Float32", "Int32", "Int64", "UInt16")}
+PLACES = FORCE | VELOCITY | POSITION | NUMBER
+PRETENSION_NAMES = ("pretension", "preload")
+JOINTS = "sensor_msgs/msg/JointState"
+
+_REMEDY = {
+    ".mcap": "the file is damaged or was not closed: `mcap recover` repairs it",
+    ".bag": "the file is damaged or was not closed: `rosbag reindex` repairs it",
+}
+_REINDEX = "the bag is damaged or was not closed: `ros2 bag reindex` repairs it"
+
+
+def recognises(path: Path) -> bool:
+    """A folder of a ROS 2 bag, or a file of one of the suffixes."""
+    if path.is_dir():
+        return any(any(path.glob(pattern)) for pattern in ("metadata.yaml", "*.mcap", "*.db3"))
+    return path.suffix.lower() in SUFFIXES
+
+
+def open_recording(path: Path, time: str | None, time_scale: float | None) -> "Bag":
+    """The bag; messages bring their own times, so a time column is a fault."""
+    if time is not None or time_scale is not None:
+        raise InputError(f"{path}: is a bag, whose messages bring their times; leave time and time_scale out")
+    return Bag(path)
+
+
+class Bag:
+    """A bag. Standard message types are those of ROS; any other is taken from its definition in the bag."""
+
+    def __init__(self, path: Path):
+        need("rosbags", "ros", f"{path}: reading a bag")
+        from rosbags.rosbag1 import Reader as Reader1
+        from rosbags.rosbag2 import Reader as Reader2
+        from rosbags.typesys import Stores, get_typestore
+
+        self.path = self._storage(path)
+        self.is_ros1 = self.path.suffix.lower() == ".bag"
+        self.store = get_typestore(Stores.ROS1_NOETIC if self.is_ros1 else Stores.ROS2_HUMBLE)
+        self.faults = _faults()
+        self.remedy = _REMEDY.get(self.path.suffix.lower(), _REINDEX)
+        with border(self.path, self.faults, self.remedy):
+            self.reader = (Reader1 if self.is_ros1 else Reader2)(self.path)
+            self.reader.open()
+            self.topics = {c.topic: c.msgtype for c in self.reader.connections}
+            counts = {topic: info.msgcount for topic, info in self.reader.topics.items()}
+        self.counts: dict[str, int] = counts
+
+    @staticmethod
+    def _storage(path: Path) -> Path:
+        """The folder, or its only file where the metadata are missing."""
+        if not path.is_dir() or (path / "metadata.yaml").exists():
+            return path
+        files = [file for file in sorted(path.iterdir()) if file.suffix in (".mcap", ".db3")]
+        if len(files) > 1:
+            raise InputError(f"{path}: has no metadata.yaml; name one of {', '.join(f.name for f in files)}")
+        return files[0]
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self.reader.close()
+
+    def channels(self) -> list[Channel]:
+        """Its topics."""
+        return [Channel(name, type_, self.counts.get(name)) for name, type_ in sorted(self.topics.items())]
+
+    def candidates(self, role: str) -> list[Source]:
+        """Topics whose type fits the role; a pretension also has to be called so."""
+        kinds: dict[str, str] = {"force": FORCE, "velocity": VELOCITY | POSITION, "pretension": NUMBER}[role]
+        found = [
+            name for name, type_ in sorted(self.topics.items()) if type_ in kinds and self.counts.get(name)
+        ]
+        if role == "pretension":
+            found = [name for name in found if any(word in name.lower() for word in PRETENSION_NAMES)]
+        return [Source(name=name) for name in found]
+
+    def is_position(self, source: Source) -> bool:
+        """Whether a topic is a pose, or a field of it a position."""
+        return self.topics.get(source.name) in POSITION or "position" in re.split(r"\W", self._place(source))
+
+    def described(self, source: Source) -> str:
+        """Topic and field."""
+        return f"{source.name}:{self._place(source)}"
+
+    def read(self, sources: Mapping[str, Source], progress: Progress) -> dict[str, Series]:
+        """The signals in one pass over the messages of their topics."""
+        faults = [fault for source in sources.values() if (fault := self._missing(source))]
+        if faults:
+            raise InputError(faults)
+        wanted: dict[str, list[tuple[str, Callable[[Any], float]]]] = {}
+        for key, source in sources.items():
+            get = getter(self._place(source), f"{self.path} topic {source.name}")
+            wanted.setdefault(source.name, []).append((key, get))
+        grown = {key: Growing() for key in sources}
+        for topic in wanted:
+            self._learn(topic)
+        total = sum(self.counts.get(topic, 0) for topic in wanted)
+        for done, (topic, received, message) in enumerate(self._messages(set(wanted))):
+            stamp = _stamp(message)
+            for key, get in wanted[topic]:
+                samples = grown[key]
+                samples.value.append(get(message))
+                samples.time.append(received if stamp is None else stamp)
+                if stamp is not None:
+                    samples.received.append(received)
+            if done % 10_000 == 0:
+                progress(done, total)
+        return {key: samples.done() for key, samples in grown.items()}
+
+    def _messages(self, topics: set[str]) -> Iterator[tuple[str, int, Any]]:
+        connections = [c for c in self.reader.connections if c.topic in topics]
+        deserialize = self.store.deserialize_ros1 if self.is_ros1 else self.store.deserialize_cdr
+        raw = self.reader.messages(connections=connections)
+        read = ((c.topic, int(time), deserialize(data, c.msgtype)) for c, time, data in raw)
+        yield from within(read, self.path, self.faults, self.remedy)
+
+    def _learn(self, topic: str) -> None:
+        """Add the topic's message type from the bag unless it is one of ROS."""
+        name = self.topics[topic]
+        if name in self.store.fielddefs:
+            return
+        from rosbags.interfaces import MessageDefinitionFormat as Format
+        from rosbags.typesys import get_types_from_idl, get_types_from_msg
+
+        definition = next(c.msgdef for c in self.reader.connections if c.topic == topic)
+        remedy = "record the topic with its message definition, or republish the value as a std_msgs/Float64"
+        where = f"{self.path} topic {topic}: message type {shown(name)}"
+        if definition.format == Format.NONE:
+            raise InputError(f"{where} is not one of ROS and the bag does not define it; {remedy}")
+        with border(self.path, self.faults, f"the definition of {shown(name)} is damaged: {remedy}"):
+            if definition.format == Format.MSG:
+                types = get_types_from_msg(definition.data, name)
+            else:
+                types = get_types_from_idl(definition.data)
+            self.store.register(
+                {key: value for key, value in types.items() if key not in self.store.fielddefs}
+            )
+
+    def _place(self, source: Source) -> str:
+        """The path of the value within the topic's messages."""
+        usual = PLACES.get(self.topics.get(source.name, ""), "data")
+        if source.field in ("x", "y", "z"):
+            return f"{usual}.{source.field}"
+        if source.field is not None:
+            return source.field
+        if self.topics.get(source.name) == JOINTS:
+            return f"{usual}[0]"
+        return usual if usual == "data" else f"{usual}.z"
+
+    def _missing(self, source: Source) -> str | None:
+        if source.time is not None:
+            return f"{self.path} topic {source.name}: a topic has no time column; remove 'time'"
+        if source.name not in self.topics:
+            hint = (
+                suggestion(source.name, list(self.topics))
+                or f"; it has {', '.join(sorted(self.topics)) or 'none'}"
+            )
+            return f"{self.path}: has no topic {shown(source.name)}{hint}"
+        if not self.counts.get(source.name):
+            return f"{self.path} topic {source.name}: holds no messages; name another topic, or record again"
+        return None
+
+
+def _stamp(message: Any) -> int | None:
+    header = getattr(message, "header", None)
+    return None if header is None else int(header.stamp.sec * 10**9 + header.stamp.nanosec)
+
+
+def _faults() -> Faults:
+    """What rosbags, and what it reads with, raise on a file that is not sound."""
+    import apsw
+    from rosbags.rosbag1 import ReaderError as ReaderError1
+    from rosbags.rosbag2 import ReaderError as ReaderError2
+    from rosbags.serde import SerdeError
+    from rosbags.typesys import TypesysError
+
+    zstd = import_module("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd")
+    own = (ReaderError1, ReaderError2, SerdeError, TypesysError, apsw.Error, zstd.ZstdError, struct.error)
+    # Sizes, offsets and names in a damaged file are used before they are checked.
+    unchecked = (OSError, EOFError, AssertionError, LookupError, TypeError, ValueError, AttributeError)
+    return (*own, *unchecked, ArithmeticError, RuntimeError, MemoryError)

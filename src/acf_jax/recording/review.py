@@ -1,0 +1,95 @@
+"""cuts.yaml: the contacts of a recording, for a user to accept, drop or move."""
+
+from pathlib import Path
+from typing import Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from acf_jax.dataset.table import suggestion
+from acf_jax.errors import InputError
+from acf_jax.files import read_yaml_mapping
+
+SCHEMA = "acf-import-cuts/1"
+HEAD = """\
+# The contacts of {recording}, by the time since its first force sample.
+# keep: false drops one; another contact_s moves it; a line less or more removes or adds one.
+# This file decides at the next import with --review FILE.
+"""
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Entry(_Part):
+    """One contact."""
+
+    trial: str = Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9_]([\w.+-]*\w)?$")
+    contact_s: float = Field(ge=0, description="s, first contact since the first force sample")
+    keep: bool
+
+
+class Review(_Part):
+    """The file."""
+
+    schema_: Literal["acf-import-cuts/1"] = Field(alias="schema")
+    recording: str
+    cuts: tuple[Entry, ...]
+
+
+def read_review(path: Path, recording: str, duration: float) -> Review:
+    """The user's decisions; `InputError` lists every fault.
+
+    **Arguments:** `recording`: name of the recording that they have to be about. `duration`: its length, s.
+    """
+    try:
+        review = Review.model_validate(read_yaml_mapping(path))
+    except ValidationError as error:
+        raise InputError([_fault(path, dict(fault)) for fault in error.errors()]) from None
+    faults = []
+    if review.recording != recording:
+        faults.append(
+            f"{path} key 'recording': is {review.recording!r}, not {recording!r}; name the review of this recording"
+        )
+    names = [entry.trial for entry in review.cuts]
+    for name in dict.fromkeys(name for name in names if names.count(name) > 1):
+        faults.append(f"{path}: trial {name!r} is there twice; give each cut a name of its own")
+    faults += [
+        f"{path} trial {e.trial!r}: contact_s is {e.contact_s:g}, beyond the recording's {duration:.3f} s; correct it"
+        for e in review.cuts
+        if e.contact_s > duration
+    ]
+    if not any(entry.keep for entry in review.cuts):
+        faults.append(f"{path}: keeps no cut; set keep: true for at least three")
+    if faults:
+        raise InputError(faults)
+    return review
+
+
+def review_text(recording: str, entries: list[tuple[Entry, str]]) -> str:
+    """The file as text: one cut a line, with what was measured as a comment."""
+    name = yaml.safe_dump(recording, width=10_000).splitlines()[0]
+    lines = [
+        HEAD.format(recording=" ".join(recording.split())),
+        f"schema: {SCHEMA}",
+        f"recording: {name}",
+        "cuts:",
+    ]
+    for entry, comment in entries:
+        keep = "true" if entry.keep else "false"
+        trial = yaml.safe_dump(entry.trial).splitlines()[0]
+        lines.append(f"  - {{trial: {trial}, contact_s: {entry.contact_s:.9f}, keep: {keep}}}  # {comment}")
+    return "\n".join([*lines, ""])
+
+
+def _fault(path: Path, fault: dict) -> str:  # type: ignore[type-arg]
+    key = ".".join(str(part) for part in fault["loc"])
+    if fault["type"] == "missing":
+        return f"{path} key '{key}': is missing; add it"
+    if fault["type"] == "extra_forbidden":
+        known = [*Entry.model_fields, "schema", "recording", "cuts"]
+        return (
+            f"{path} key '{key}': is not a known key{suggestion(key.split('.')[-1], known) or '; remove it'}"
+        )
+    return f"{path} key '{key}': {fault['msg'].lower()}, but is {str(fault['input'])[:60]!r}; correct it"

@@ -1,0 +1,40 @@
+"""What is known of the rig beforehand: `rig` and `measurement` of a dataset.yaml, from a file of their own."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from acf_jax.dataset.description import SCHEMA, check_description
+from acf_jax.dataset.trials import RigPrior
+from acf_jax.errors import InputError
+from acf_jax.files import read_yaml_mapping
+
+TEMPLATE = """\
+rig:  # fill in: what is known of the rig, each value with its standard deviation (docs/data_format.md)
+  moving_mass_kg:             {value: , std: }
+  damping_n_s_per_m:          {value: , std: }
+  actuator_stiffness_n_per_m: {value: , std: }
+  contact_stiffness_n_per_m:  {value: , std: }
+"""
+
+
+@dataclass(frozen=True)
+class RigFile:
+    """A rig's description: its parts as written, and the prior that they state."""
+
+    prior: RigPrior
+    rig: dict[str, Any]
+    measurement: dict[str, Any]
+
+
+def read_rig_file(path: Path) -> RigFile:
+    """The rig in a file with the keys `rig` and, if wanted, `measurement`; a whole dataset.yaml will do.
+
+    **Raises:** `InputError` that lists every fault.
+    """
+    document = read_yaml_mapping(path)
+    if "rig" not in document:
+        raise InputError(f"{path} key 'rig': is missing; write\n{TEMPLATE}")
+    _, prior, _ = check_description(path, {"schema": SCHEMA} | document)
+    measurement = document.get("measurement")
+    return RigFile(prior, document["rig"], dict(measurement) if measurement else {})

@@ -1,0 +1,107 @@
+"""Samples of one signal as they come out of a recording, times exact to the nanosecond."""
+
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acf_jax.errors import InputError
+
+Array = NDArray[np.float64]
+Nanoseconds = NDArray[np.int64]
+
+# Told how far reading has come: done and total, in units of the reader's own; a total of 0 is not known.
+Progress = Callable[[int, int], None]
+
+_DISORDER = 0.01  # share of samples that may be out of order or not a number before a signal is refused
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A topic or column that a recording offers."""
+
+    name: str
+    type: str
+    count: int | None = None
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values over time; `received` holds the recorder's own times where a message brings a stamp besides."""
+
+    time: Nanoseconds  # ns, shape (N,)
+    value: Array  # SI units, shape (N,)
+    received: Nanoseconds | None = None  # ns, shape (N,)
+    notes: tuple[str, ...] = ()  # what a reader of the result should know
+
+    def seconds(self, begin: int) -> Array:
+        """Times since `begin` (ns), s, shape (N,)."""
+        return np.asarray((self.time - begin) * 1e-9, float)
+
+    def between(self, begin: int, end: int) -> "Series":
+        """The samples with begin <= time < end, ns."""
+        part = slice(*np.searchsorted(self.time, (begin, end)))
+        return replace(
+            self,
+            time=self.time[part],
+            value=self.value[part],
+            received=None if self.received is None else self.received[part],
+        )
+
+
+@dataclass
+class Growing:
+    """Samples while they are read, 8 bytes a number."""
+
+    time: "array[int]" = field(default_factory=lambda: array("q"))
+    value: "array[float]" = field(default_factory=lambda: array("d"))
+    received: "array[int]" = field(default_factory=lambda: array("q"))
+
+    def done(self) -> Series:
+        """The samples as arrays over the same memory."""
+        received = np.frombuffer(self.received, np.int64) if self.received else None
+        return Series(np.frombuffer(self.time, np.int64), np.frombuffer(self.value, np.float64), received)
+
+
+def in_order(series: Series, where: str) -> Series:
+    """The samples that are finite, with increasing times; a few others are left out and noted.
+
+    **Raises:** `InputError` when nothing is left, or when more than 1 % would have to go.
+    """
+    n = series.time.size
+    if n == 0:
+        raise InputError(f"{where}: holds no samples; name another signal, or record again")
+    finite = np.isfinite(series.value)
+    bad = n - int(np.count_nonzero(finite))
+    if bad > _DISORDER * n:
+        raise InputError(f"{where}: {bad} of {n} values are not finite numbers; correct the recording")
+    if bad:
+        note = f"{where}: {bad} of {n} values are not finite numbers and are left out"
+        series = _kept(series, np.flatnonzero(finite), note)
+    steps = np.diff(series.time)
+    if (steps > 0).all():
+        return series
+    late = int(np.count_nonzero(steps < 0))
+    if late > _DISORDER * n:
+        raise InputError(
+            f"{where}: time steps back {late} times in {n} samples; the clock was reset or the recordings are"
+            " strung together: cut the recording there"
+        )
+    order = np.argsort(series.time, kind="stable")
+    order = order[np.diff(series.time[order], prepend=series.time[order[0]] - 1) > 0]
+    gone = series.time.size - order.size
+    if gone > 0.5 * n:
+        raise InputError(
+            f"{where}: {gone} of {n} samples repeat the time of another; name a time column of more digits"
+        )
+    what = f"{late} samples came late and were put in order" if late else ""
+    what += " and " if late and gone else ""
+    what += f"{gone} samples repeat a time and are left out" if gone else ""
+    return _kept(series, order, f"{where}: {what}")
+
+
+def _kept(series: Series, index: NDArray[np.intp], note: str) -> Series:
+    received = None if series.received is None else series.received[index]
+    return Series(series.time[index], series.value[index], received, (*series.notes, note))

@@ -1,0 +1,92 @@
+"""The cuts of a recording as a gap data set."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import yaml
+
+from acf_jax.dataset import read_dataset
+from acf_jax.dataset.description import SCHEMA
+from acf_jax.errors import InputError
+from acf_jax.files import write_text
+from acf_jax.recording.cut import Cut
+from acf_jax.recording.impacts import Impacts
+from acf_jax.recording.review import Entry, review_text
+from acf_jax.recording.rig import TEMPLATE, RigFile
+
+COLUMNS = (
+    "trial,contact_velocity_m_per_s,pretension_n,peak_force_n,trace,"
+    "measured_velocity_m_per_s,measured_velocity_std_m_per_s,measured_pretension_n,contact_s"
+)
+
+
+def write_impacts(folder: Path, impacts: Impacts, rig: RigFile | None) -> None:
+    """Write dataset.yaml, trials.csv and traces/; with a rig the result is read back as `diagnose` would.
+
+    **Raises:** `InputError` when what was written is no sound data set.
+    """
+    write_text(folder / "dataset.yaml", _description(impacts, rig))
+    write_text(folder / "trials.csv", "\n".join([COLUMNS, *(_row(impacts, cut) for cut in impacts.kept), ""]))
+    for cut in impacts.kept:
+        write_text(folder / "traces" / f"{cut.trial}.csv", trace_text(cut))
+    if rig is not None:
+        try:
+            read_dataset(folder)
+        except InputError as error:
+            raise InputError([fault.replace(f"{folder}/", "") for fault in error.faults]) from None
+
+
+def trace_text(cut: Cut) -> str:
+    """The trace as CSV: times to the nanosecond, every force as it was read."""
+    rows = zip(cut.time.tolist(), cut.force.tolist(), strict=True)
+    return "\n".join(["time_s,force_n", *(f"{1e-9 * t:.9f},{f!r}" for t, f in rows), ""])
+
+
+def review_of(impacts: Impacts) -> str:
+    """cuts.yaml of what was found."""
+    entries = [
+        (Entry(trial=c.trial, contact_s=_seconds(impacts, c), keep=c.keep), _comment(c)) for c in impacts.cuts
+    ]
+    return review_text(impacts.session.path.name, entries)
+
+
+def _description(impacts: Impacts, rig: RigFile | None) -> str:
+    head = yaml.safe_dump(
+        {"schema": SCHEMA, "description": f"impacts cut from {impacts.session.path.name}"}, sort_keys=False
+    )
+    measured = {
+        "contact_velocity_rel_std": impacts.velocity_spread,
+        "pretension_rel_std": impacts.pretension_spread,
+    }
+    spread = {key: min(value, 0.25) for key, value in measured.items() if value is not None}
+    measurement = spread | (rig.measurement if rig else {})
+    body = yaml.safe_dump({"rig": rig.rig}, sort_keys=False) if rig else TEMPLATE
+    return (
+        head + body + (yaml.safe_dump({"measurement": measurement}, sort_keys=False) if measurement else "")
+    )
+
+
+def _row(impacts: Impacts, cut: Cut) -> str:
+    v_e, f_p = cut.condition
+    cells: Sequence[str] = (
+        cut.trial,
+        f"{v_e:g}",
+        f"{f_p:g}",
+        "" if cut.peak is None else repr(cut.peak),
+        f"traces/{cut.trial}.csv",
+        f"{cut.velocity.value:.6g}",
+        f"{cut.velocity.std:.2g}",
+        f"{cut.pretension.value:.6g}",
+        f"{_seconds(impacts, cut):.9f}",
+    )
+    return ",".join(cells)
+
+
+def _seconds(impacts: Impacts, cut: Cut) -> float:
+    """First contact since the first force sample, s."""
+    return max(1e-9 * (cut.contact.begin - int(impacts.session.force.time[0])), 0.0)
+
+
+def _comment(cut: Cut) -> str:
+    speed = f"{cut.velocity.value:.4g} m/s, {cut.pretension.value:.4g} N, peak {cut.contact.peak:.4g} N"
+    return "; ".join([speed, *cut.remarks])
