@@ -3,7 +3,7 @@
 import json
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +57,8 @@ def command(
     from acf_jax.recording.readers import open_recording
 
     if listed:
-        channels = open_recording(recording).channels()
+        with closing(open_recording(recording)) as opened:
+            channels = opened.channels()
         shown = [{"name": c.name, "type": c.type, "count": c.count} for c in channels]
         click.echo(json.dumps(shown, indent=2) if as_json else listing(channels))
         return

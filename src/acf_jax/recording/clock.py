@@ -20,14 +20,13 @@ def settle(series: Series, where: str) -> Series:
     """`series` in the order of its stamps where they can be trusted, else by the recorder's times."""
     if series.received is None or series.time.size == 0:
         return series
-    if not (np.diff(series.time) > 0).all():
-        order = np.argsort(series.time, kind="stable")
-        series = Series(series.time[order], series.value[order], series.received[order], series.notes)
-    fresh = 1 + np.count_nonzero(np.diff(series.time))
-    if series.time[0] > 0 and fresh >= _FRESH * series.time.size:
-        return series
+    increasing = (np.diff(series.time) > 0).all()
+    ordered = series if increasing else series.at(np.argsort(series.time, kind="stable"))
+    fresh = 1 + np.count_nonzero(np.diff(ordered.time))
+    if ordered.time[0] > 0 and fresh >= _FRESH * ordered.time.size:
+        return ordered
     note = f"{where}: its stamps are unset or stand still; the times at which it was recorded are used"
-    return Series(series.received, series.value, None, (*series.notes, note))
+    return replace(series, time=series.received, received=None, notes=(*series.notes, note))
 
 
 def to_clock_of(series: Series, force: Series, where: str) -> Series:

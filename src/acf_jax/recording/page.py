@@ -166,24 +166,26 @@ def _table(impacts: Impacts) -> Html:
 
 def _notes(impacts: Impacts) -> Html:
     session = impacts.session
-    parts = {
-        "force": "Force",
-        "speed": "Position" if session.is_position else "Velocity",
-        "pretension": "Pretension",
+    said = [note.partition(":")[0] for note in impacts.notes]
+    words = {
+        "force": "force",
+        "speed": "position" if session.is_position else "velocity",
+        "pretension": "pretension",
     }
     taken = [
         f"{word}: {session.labels[role]}"
         if role in session.labels
         else f"{word}: {getattr(session, role):g}, as given"
-        for role, word in parts.items()
+        for role, word in words.items()
+        if word not in said
     ]
     level = impacts.level
     taken.append(
-        f"Threshold: {level.threshold:.3g} N above the {level.free:.3g} N before contact, whose noise is"
+        f"threshold: {level.threshold:.3g} N above the {level.free:.2f} N before contact, whose noise is"
         f" {level.noise_std:.2g} N"
     )
     varied = {"velocity": impacts.velocity_spread, "pretension": impacts.pretension_spread}
-    taken += [f"Repeats vary by {100 * v:.2g} % in {word}" for word, v in varied.items() if v is not None]
+    taken += [f"repeats vary by {100 * v:.2g} % in {word}" for word, v in varied.items() if v is not None]
     return bullets([*taken, *impacts.notes])
 
 
@@ -202,12 +204,10 @@ def envelope(signal: Series, begin: int) -> tuple[Array, Array]:
     size = signal.time.size
     if size <= 4 * BUCKETS:
         return signal.seconds(begin), signal.value
-    width = size // BUCKETS
-    whole = signal.value[: BUCKETS * width].reshape(BUCKETS, width)
-    starts = width * np.arange(BUCKETS)
-    index = np.sort(np.stack([starts + whole.argmin(1), starts + whole.argmax(1)]), axis=0).T.ravel()
-    index = np.r_[index, size - 1]
-    return np.asarray((signal.time[index] - begin) * 1e-9, float), signal.value[index]
+    edges = np.linspace(0, size, BUCKETS + 1).astype(int)[:-1]
+    least, largest = np.minimum.reduceat(signal.value, edges), np.maximum.reduceat(signal.value, edges)
+    time = (signal.time[edges] - begin) * 1e-9
+    return np.repeat(time, 2), np.stack([least, largest], 1).ravel()
 
 
 def _line(time: Array, value: Array, name: str, color: str) -> dict[str, Any]:

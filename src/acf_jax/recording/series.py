@@ -2,7 +2,7 @@
 
 from array import array
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,13 +42,12 @@ class Series:
 
     def between(self, begin: int, end: int) -> "Series":
         """The samples with begin <= time < end, ns."""
-        part = slice(*np.searchsorted(self.time, (begin, end)))
-        return replace(
-            self,
-            time=self.time[part],
-            value=self.value[part],
-            received=None if self.received is None else self.received[part],
-        )
+        return self.at(slice(*np.searchsorted(self.time, (begin, end))))
+
+    def at(self, index: NDArray[np.intp] | slice, *notes: str) -> "Series":
+        """The samples at `index`, with further notes."""
+        received = None if self.received is None else self.received[index]
+        return Series(self.time[index], self.value[index], received, (*self.notes, *notes))
 
 
 @dataclass
@@ -79,7 +78,7 @@ def in_order(series: Series, where: str) -> Series:
         raise InputError(f"{where}: {bad} of {n} values are not finite numbers; correct the recording")
     if bad:
         note = f"{where}: {bad} of {n} values are not finite numbers and are left out"
-        series = _kept(series, np.flatnonzero(finite), note)
+        series = series.at(np.flatnonzero(finite), note)
     steps = np.diff(series.time)
     if (steps > 0).all():
         return series
@@ -99,9 +98,4 @@ def in_order(series: Series, where: str) -> Series:
     what = f"{late} samples came late and were put in order" if late else ""
     what += " and " if late and gone else ""
     what += f"{gone} samples repeat a time and are left out" if gone else ""
-    return _kept(series, order, f"{where}: {what}")
-
-
-def _kept(series: Series, index: NDArray[np.intp], note: str) -> Series:
-    received = None if series.received is None else series.received[index]
-    return Series(series.time[index], series.value[index], received, (*series.notes, note))
+    return series.at(order, f"{where}: {what}")

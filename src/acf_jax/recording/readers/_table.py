@@ -134,8 +134,9 @@ class Table:
             if values.size and int(np.abs(values).max()) > 2**62 // factor:
                 raise InputError(f"{self.path} column {shown(name)}: {self._unit_fault()}")
             return values.astype(np.int64) * factor, np.ones(values.size, bool)
-        time = self._numbers(values, name) * (1e9 * scale)
-        known = np.isfinite(time)
+        with np.errstate(over="ignore"):
+            time = self._numbers(values, name) * (1e9 * scale)
+        known = ~np.isnan(time)
         if np.any(np.abs(time[known]) > 2.0**62):
             raise InputError(f"{self.path} column {shown(name)}: {self._unit_fault()}")
         return np.rint(np.where(known, time, 0.0)).astype(np.int64), known

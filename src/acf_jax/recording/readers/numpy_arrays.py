@@ -32,7 +32,11 @@ def recognises(path: Path) -> bool:
 def open_recording(path: Path, time: str | None, time_scale: float | None) -> Table:
     """The arrays by name; those of one length are the rows of a table."""
     if path.suffix.lower() == ".npz":
-        with border(path, _FAULTS, _REMEDY), np.load(path, allow_pickle=False) as file:
+        with (
+            border(path, _FAULTS, _REMEDY),
+            path.open("rb") as opened,
+            np.load(opened, allow_pickle=False) as file,
+        ):
             columns = [Channel(name, "array") for name in file.files]
         loader = _load_npz
     else:
@@ -64,7 +68,8 @@ def open_recording(path: Path, time: str | None, time_scale: float | None) -> Ta
 
 
 def _load_npz(path: Path, wanted: Sequence[str]) -> dict[str, np.ndarray]:
-    with np.load(path, allow_pickle=False) as file:
+    # NumPy leaves a damaged file open that it has opened itself
+    with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
         return {name: file[name] for name in wanted}
 
 

@@ -1,0 +1,196 @@
+"""Made-up recordings of known impacts, and the same as bags and tables."""
+
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from needs import need_module
+
+from tests.dataset.impacts import contact_force
+
+RATE, ROBOT, APART = 8000.0, 125.0, 0.4  # Hz, Hz, s
+CONDITIONS = tuple((v, p) for p in (60.0, 100.0) for v in (0.05, 0.2, 0.35) for _ in range(2))
+FEW = tuple((v, p) for p in (60.0, 100.0) for v in (0.05, 0.2) for _ in range(2))
+BEGIN = 1_700_000_000_123_456_789  # ns
+RIG = """\
+rig:
+  moving_mass_kg:             {value: 2.10, std: 0.04}
+  damping_n_s_per_m:          {value: 60.0, std: 18.0}
+  actuator_stiffness_n_per_m: {value: 800.0, std: 500.0}
+  contact_stiffness_n_per_m:  {value: 3.4e5, std: 4.0e4}
+"""
+
+
+@dataclass
+class Made:
+    """A session: force and robot, each by its own times, ns since BEGIN, and the truth."""
+
+    time: np.ndarray
+    force: np.ndarray
+    beats: np.ndarray
+    velocity: np.ndarray
+    position: np.ndarray
+    pretension: np.ndarray  # at `beats`
+    contacts: list[int]  # ns
+    first: list[int]  # index of the first sample in contact
+    impacts: list[tuple[float, float]]  # m/s, N
+    seconds: np.ndarray = field(init=False)
+
+    def __post_init__(self):
+        self.seconds = self.time * 1e-9
+
+
+@cache
+def made(seed=0, conditions=CONDITIONS, std=1.0, offset=0.0, drift=0.0, rate=RATE, bounce=True) -> Made:
+    """Approach, impact, contact lost, a bounce, half a tenth of a second of pressing, retreat; again and again.
+
+    `offset`, `drift`: N and N/s of the sensor. Noise of the velocity 0.5 mm/s, of the position 30 um.
+    """
+    rng = np.random.default_rng(seed)
+    time = np.rint(1e9 * np.arange(round((len(conditions) * APART + 0.3) * rate)) / rate).astype(np.int64)
+    s = 1e-9 * time
+    beats = np.rint(1e9 * np.arange(0.0, s[-1], 1 / ROBOT)).astype(np.int64) + 1_234_567
+    b = 1e-9 * beats
+    force, velocity = np.zeros(s.size), np.zeros(b.size)
+    pretension = np.full(b.size, conditions[0][1])
+    contacts, impacts = [], []
+    for i, (v, f_p) in enumerate(conditions):
+        v_true = v * (1.0 + 0.004 * rng.normal())
+        begin = 0.3 + APART * i + rng.uniform(0.0, 0.02)
+        force += contact_force(s - begin, v_true, f_p) * (s < begin + 0.02)
+        if bounce:
+            force += 0.4 * contact_force(s - begin - 0.025, 0.3 * v, 0.0) * (s < begin + 0.04)
+        force += f_p * ((s > begin + 0.04) & (s < begin + 0.1))
+        velocity[(b > begin - 0.15) & (b < begin + 0.03)] = v_true
+        velocity[(b > begin + 0.1) & (b < begin + 0.16)] = -v_true
+        pretension[b > begin - 0.2] = f_p
+        contacts.append(round(1e9 * begin))
+        impacts.append((v_true, f_p))
+    force += rng.normal(0.0, std, force.size) + offset + drift * s
+    position = np.cumsum(velocity) / ROBOT + rng.normal(0.0, 3e-5, b.size)
+    first = [int(np.searchsorted(time, c)) for c in contacts]
+    velocity = velocity + rng.normal(0.0, 5e-4, b.size)
+    return Made(time, force, beats, velocity, position, pretension, contacts, first, impacts)
+
+
+def write_csv(
+    path: Path, session: Made, separator=",", names=("time_s", "force_n", "velocity_m_per_s", "pretension_n")
+):
+    """One row a time of either signal, blank where the other is."""
+    rows = [(int(t), (repr(float(f)), "", "")) for t, f in zip(session.time, session.force, strict=True)]
+    rows += [
+        (int(t), ("", repr(float(v)), repr(float(p))))
+        for t, v, p in zip(session.beats, session.velocity, session.pretension, strict=True)
+    ]
+    lines = [separator.join(names)]
+    lines += [separator.join((f"{t // 10**9}.{t % 10**9:09d}", *cells)) for t, cells in sorted(rows)]
+    if separator == ";":
+        lines = [line.replace(".", ",") for line in lines]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def columns(session: Made) -> dict[str, np.ndarray]:
+    """The robot's signals held on the times of the force, as a logger of one rate writes them."""
+    held = np.maximum(np.searchsorted(session.beats, session.time, "right") - 1, 0)
+    return {
+        "time_s": session.seconds,
+        "force_n": session.force,
+        "velocity_m_per_s": session.velocity[held],
+        "pretension_n": session.pretension[held],
+    }
+
+
+def write_bag(
+    path: Path,
+    session: Made,
+    kind: str = "mcap",
+    speed: str = "twist",
+    robot_clock: float = 0.0,
+    robot_drift: float = 0.0,
+    stamped: bool = True,
+    axis: str = "z",
+) -> Path:
+    """The session as a bag of `kind` mcap, sqlite3 or ros1; the robot's stamps run `robot_clock` s ahead."""
+    need_module("rosbags", "pip install 'acf-jax[ros]'")
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC if kind == "ros1" else Stores.ROS2_HUMBLE)
+
+    def message(type_, /, **fields):
+        return store.types[type_](**fields)
+
+    def header(t):
+        sec, nanosec = divmod(t if stamped else 0, 10**9)
+        more = {"seq": 0} if kind == "ros1" else {}
+        stamp = message("builtin_interfaces/msg/Time", sec=int(sec), nanosec=int(nanosec))
+        return message("std_msgs/msg/Header", stamp=stamp, frame_id="tool", **more)
+
+    def vector(value, name="Vector3", along="z"):
+        parts = dict.fromkeys("xyz", 0.0) | {along: float(value)}
+        return message(f"geometry_msgs/msg/{name}", **parts)
+
+    def wrench(t, i):
+        w = message(
+            "geometry_msgs/msg/Wrench", force=vector(session.force[i], along=axis), torque=vector(0.0)
+        )
+        return message("geometry_msgs/msg/WrenchStamped", header=header(t), wrench=w)
+
+    def twist(t, i):
+        both = message("geometry_msgs/msg/Twist", linear=vector(session.velocity[i]), angular=vector(0.0))
+        return message("geometry_msgs/msg/TwistStamped", header=header(t), twist=both)
+
+    def pose(t, i):
+        still = message("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0)
+        both = message(
+            "geometry_msgs/msg/Pose", position=vector(session.position[i], "Point"), orientation=still
+        )
+        return message("geometry_msgs/msg/PoseStamped", header=header(t), pose=both)
+
+    def joints(t, i):
+        both = {
+            "velocity": np.array([0.5, session.velocity[i]]),
+            "position": np.zeros(2),
+            "effort": np.zeros(0),
+        }
+        return message("sensor_msgs/msg/JointState", header=header(t), name=["turn", "lift"], **both)
+
+    def number(t, i):
+        return message("std_msgs/msg/Float64", data=float(session.pretension[i]))
+
+    robots = {
+        "twist": ("TwistStamped", twist),
+        "pose": ("PoseStamped", pose),
+        "joints": ("JointState", joints),
+    }
+    name, speak = robots[speed]
+    package = "sensor_msgs" if speed == "joints" else "geometry_msgs"
+    offset = np.rint(1e9 * (robot_clock + robot_drift * 1e-9 * session.beats)).astype(np.int64)
+    delay = np.random.default_rng(9).integers(100_000, 120_000, max(session.time.size, session.beats.size))
+    topics = [
+        ("/ft/wrench", "geometry_msgs/msg/WrenchStamped", wrench, session.time, 0 * session.time),
+        ("/robot/state", f"{package}/msg/{name}", speak, session.beats, offset),
+        ("/flange/pretension", "std_msgs/msg/Float64", number, session.beats, 0 * session.beats),
+    ]
+    serialize = store.serialize_ros1 if kind == "ros1" else store.serialize_cdr
+    with _writer(path, kind) as writer:
+        rows = []
+        for topic, type_, speak, times, ahead in topics:
+            connection = writer.add_connection(topic, type_, typestore=store)
+            for i, (t, late) in enumerate(zip(times.tolist(), ahead.tolist(), strict=True)):
+                rows.append((BEGIN + t + int(delay[i]), connection, type_, speak(BEGIN + t + late, i)))
+        for received, connection, type_, value in sorted(rows, key=lambda row: row[0]):
+            writer.write(connection, received, serialize(value, type_))
+    return path
+
+
+def _writer(path: Path, kind: str):
+    if kind == "ros1":
+        from rosbags.rosbag1 import Writer as Writer1
+
+        return Writer1(path)
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
+    return Writer(path, version=9, storage_plugin=plugin)

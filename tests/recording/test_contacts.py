@@ -1,0 +1,110 @@
+"""Contacts, velocities and cuts against recordings whose truth is known."""
+
+import numpy as np
+import pytest
+from sessions import APART, Made, made
+
+from acf_jax.errors import InputError
+from acf_jax.recording.contacts import find_contacts
+from acf_jax.recording.cut import group
+from acf_jax.recording.mapping import Contacts
+from acf_jax.recording.series import Series
+from acf_jax.recording.velocity import Estimate, velocity_at
+
+SAMPLE = 125_000  # ns
+
+
+def series(session: Made, scale: float = 1.0) -> Series:
+    return Series(session.time, scale * session.force)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{}, {"std": 0.2}, {"offset": -15.0}, {"drift": 1.0}, {"bounce": False}, {"std": 4.0}],
+    ids=str,
+)
+def test_contacts_are_found_within_a_sample(change):
+    """Each contact once, at its first impact, whatever noise, offset or drift the sensor has."""
+    for seed in range(3):
+        session = made(seed, **change)
+        _, found = find_contacts(series(session), Contacts(), "force")
+        assert [contact.first for contact in found] == session.first
+        late = np.array([c.begin for c in found]) - session.contacts
+        assert np.abs(late).max() < SAMPLE
+        expected = change.get("offset", 0.0) + change.get("drift", 0.0) * 1e-9 * np.array(session.contacts)
+        assert np.abs([c.offset for c in found] - expected).max() < max(1.0, change.get("std", 0.0))
+
+
+def test_onset_of_a_force_that_climbs_from_zero():
+    """A flange on its stop: no jump; the line through the first samples leads back to contact."""
+    rng = np.random.default_rng(3)
+    time = np.rint(np.arange(0.0, 3.0, 1 / 8000.0) * 1e9).astype(np.int64)
+    begins = np.rint(1e9 * (np.arange(0.5, 2.7, 0.3) + rng.uniform(0.0, 0.01, 8))).astype(np.int64)
+    force = rng.normal(0.0, 0.3, time.size)
+    for begin in begins:
+        since = 1e-9 * (time - begin)
+        force += np.where((since > 0.0) & (since < 0.01), 3.0e4 * since - 1.5e6 * since**2, 0.0)
+    _, found = find_contacts(Series(time, force), Contacts(), "force")
+    late = np.array([contact.begin for contact in found]) - begins
+    assert len(found) == 8 and np.abs(late).max() < 2 * SAMPLE and np.abs(late.mean()) < SAMPLE
+
+
+def test_spikes_and_chatter_are_no_contacts():
+    session = made()
+    force = session.force.copy()
+    between = [round((0.3 + APART * i - 0.1) * 8000) for i in range(4)]
+    force[between] = 400.0
+    force[[i + 400 for i in between[:2]]] = -300.0
+    _, found = find_contacts(Series(session.time, force), Contacts(), "force")
+    assert [contact.first for contact in found] == session.first
+
+
+def test_a_negative_force_is_named():
+    with pytest.raises(InputError, match=r"negative in contact .*scale: -1"):
+        find_contacts(series(made(), -1.0), Contacts(), "force")
+
+
+def test_no_contact_is_named():
+    session = made()
+    quiet = Series(session.time, np.random.default_rng(0).normal(0.0, 1.0, session.time.size))
+    with pytest.raises(InputError, match="shows no contact"):
+        find_contacts(quiet, Contacts(), "force")
+
+
+@pytest.mark.parametrize("is_position", [False, True])
+def test_velocity_keeps_its_word(is_position):
+    """Of many contacts two thirds lie within one standard deviation, nearly all within three; none is far too wide."""
+    normal = []
+    for seed in range(12):
+        session = made(seed)
+        robot = Series(session.beats, session.position if is_position else session.velocity)
+        for begin, (v, _) in zip(session.contacts, session.impacts, strict=True):
+            measured = velocity_at(robot, is_position, begin)
+            normal.append((measured.value - v) / measured.std)
+            assert measured.std < 0.02 * max(v, 0.1)
+    normal = np.abs(normal)
+    assert 0.5 < np.mean(normal < 1.0) < 0.95 and np.mean(normal < 3.0) > 0.985 and normal.max() < 6.0
+
+
+def test_velocity_where_the_robot_still_accelerates():
+    time = np.rint(1e9 * np.arange(0.0, 1.0, 0.004)).astype(np.int64)
+    ramp = np.clip(2.0 * (1e-9 * time - 0.85), 0.0, None)  # 2 m/s^2
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, time.size)
+    measured = velocity_at(Series(time, ramp + noise), False, 1_000_000_000)
+    assert measured.value == pytest.approx(0.3, abs=4 * measured.std) and measured.std < 2e-3
+
+
+def test_velocity_of_held_values():
+    """A robot of 125 Hz in a log of 8 kHz knows as little as one in a log of 125 Hz."""
+    session = made(5)
+    held = np.maximum(np.searchsorted(session.beats, session.time, "right") - 1, 0)
+    for begin, (v, _) in zip(session.contacts, session.impacts, strict=True):
+        own = velocity_at(Series(session.beats, session.velocity), False, begin)
+        repeated = velocity_at(Series(session.time, session.velocity[held]), False, begin)
+        assert repeated.value == pytest.approx(v, abs=4 * repeated.std)
+        assert 0.3 < repeated.std / own.std < 3.0
+
+
+def test_conditions_are_those_of_their_repeats():
+    values = [Estimate(v, 2e-4) for v in (0.0501, 0.2003, 0.0498, 0.1995, 0.35, 0.0500)]
+    assert group(values).tolist() == [0.04997, 0.1999, 0.04997, 0.1999, 0.35, 0.04997]

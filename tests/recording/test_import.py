@@ -1,0 +1,274 @@
+"""Recordings of every kind, written by their libraries and read back: the known impacts come out as they went in."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+from needs import need_module
+from sessions import BEGIN, FEW, RIG, columns, made, write_bag, write_csv
+
+from acf_jax.cli.main import commands
+from acf_jax.dataset import read_dataset
+from acf_jax.dataset.trials import Prior, RigPrior
+from acf_jax.errors import InputError
+from acf_jax.recording import Mapping, find_impacts, read_session
+from acf_jax.recording.page import import_page
+
+RATE = 4000.0
+TYPICAL = RigPrior(Prior(2.1, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
+
+
+def session():
+    return made(7, FEW, rate=RATE)
+
+
+def as_csv(folder: Path):
+    return write_csv(folder / "log.csv", session()), {}
+
+
+def as_decimal_commas(folder: Path):
+    names = ("t_s", "Kraft", "v", "p")
+    path = write_csv(folder / "log.csv", session(), ";", names)
+    return path, {"force": "Kraft", "velocity": "v", "pretension": "p", "time": "t_s"}
+
+
+def as_npz(folder: Path):
+    """Arrays of two rates, each with times of its own; a position to differentiate."""
+    s = session()
+    path = folder / "log.npz"
+    times = {"time_ns": s.time, "robot_ns": s.beats}
+    np.savez(path, **times, f=s.force, z=1000.0 * s.position, preload=s.pretension)
+    position = {"name": "z", "scale": 0.001, "time": "robot_ns"}
+    pretension = {"name": "preload", "time": "robot_ns"}
+    return path, {"force": "f", "position": position, "pretension": pretension, "time": "time_ns"}
+
+
+def as_npy(folder: Path):
+    table = columns(session())
+    array = np.empty(table["time_s"].size, [(name, float) for name in table])
+    for name, values in table.items():
+        array[name] = values
+    np.save(folder / "log.npy", array)
+    return folder / "log.npy", {}
+
+
+def as_parquet(folder: Path):
+    parquet = need_module("pyarrow.parquet", "pip install 'acf-jax[parquet]'")
+    import pyarrow
+
+    table = columns(session())
+    stamps = np.datetime64("2026-03-01T10:00:00", "ns") + session().time
+    arrays = {"timestamp": stamps, **{k: v for k, v in table.items() if k != "time_s"}}
+    parquet.write_table(pyarrow.table(arrays), folder / "log.parquet")
+    return folder / "log.parquet", {}
+
+
+def as_mcap(folder: Path):
+    """One clock 37 s ahead and drifting by 100 us a second."""
+    path = write_bag(folder / "log", session(), "mcap", robot_clock=37.0, robot_drift=1e-4)
+    return path / "log.mcap", {}
+
+
+def as_sqlite3(folder: Path):
+    return write_bag(folder / "log", session(), "sqlite3", speed="pose"), {}
+
+
+def as_ros1(folder: Path):
+    path = write_bag(folder / "log.bag", session(), "ros1", speed="joints")
+    return path, {"velocity": "/robot/state:velocity[lift]"}
+
+
+KINDS = [as_csv, as_decimal_commas, as_npz, as_npy, as_parquet, as_mcap, as_sqlite3, as_ros1]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_known_impacts_come_back(kind, tmp_path):
+    truth = session()
+    path, mapping = kind(tmp_path)
+    recording = read_session(path, Mapping.model_validate(mapping))
+    impacts = find_impacts(recording, Mapping().contacts, TYPICAL)
+    assert [cut.keep for cut in impacts.cuts] == [True] * len(FEW)
+    sample = round(1e9 / RATE)
+    for cut, contact, first, (v, f_p) in zip(
+        impacts.cuts, truth.contacts, truth.first, truth.impacts, strict=True
+    ):
+        before = int(np.count_nonzero(cut.time < 0))
+        part = slice(first - before, first - before + cut.time.size)
+        assert before >= 40 and cut.time[-1] > 55_000_000
+        assert np.array_equal(cut.force, truth.force[part])  # bit for bit
+        since = truth.time[part] - contact
+        assert np.abs(cut.time - since).max() < sample
+        assert np.ptp(cut.time - since) <= 1  # ns
+        assert abs(cut.velocity.value - v) < 4.0 * cut.velocity.std
+        assert cut.velocity.std < 0.02 * v + 1e-3
+        assert cut.condition[1] == f_p and cut.condition[0] == pytest.approx(v, rel=0.03)
+    assert len({cut.condition for cut in impacts.cuts}) == 4
+
+
+def test_a_clock_that_was_never_set(tmp_path):
+    path = write_bag(tmp_path / "log", session(), "mcap", stamped=False)
+    recording = read_session(path, Mapping())
+    assert any("unset" in note for note in recording.notes)
+    impacts = find_impacts(recording, Mapping().contacts, TYPICAL)
+    assert len(impacts.kept) == len(FEW)
+    assert impacts.session.force.time[0] == pytest.approx(BEGIN, abs=200_000)
+
+
+def run(*arguments: object):
+    return CliRunner().invoke(commands, ["import", *map(str, arguments)], prog_name="python -m acf_jax")
+
+
+def test_the_command(tmp_path):
+    """Import, review, import again; a data set that `diagnose` reads."""
+    path, _ = as_csv(tmp_path)
+    rig, review, out = tmp_path / "rig.yaml", tmp_path / "cuts.yaml", tmp_path / "set"
+    rig.write_text(RIG)
+    first = run(path, "--out", out, "--rig", rig, "--review", review)
+    assert first.exit_code == 0, first.output
+    assert "8 contacts in 3.5 s, 8 kept, at 4 conditions" in first.output
+    data = read_dataset(out)
+    assert len(data.trials) == 8 and len(data.conditions) == 4
+    cut = find_impacts(read_session(path, Mapping()), Mapping().contacts, TYPICAL).cuts[3]
+    assert np.array_equal(data.trials[3].trace.force, cut.force)
+    assert data.trials[3].peak_force == cut.force[cut.time >= 0][: round(0.02 * RATE)].max()
+    assert float(data.trials[3].other["measured_velocity_m_per_s"]) == pytest.approx(
+        cut.velocity.value, rel=1e-5
+    )
+
+    text = review.read_text()
+    again = run(path, "--out", tmp_path / "again", "--rig", rig, "--review", review)
+    assert again.exit_code == 0 and review.read_text() == text
+    for file in ("dataset.yaml", "trials.csv", *(f"traces/t{i:03d}.csv" for i in range(8))):
+        assert (out / file).read_bytes() == (tmp_path / "again" / file).read_bytes()
+
+    entries = yaml.safe_load(text)["cuts"]
+    moved = entries[1]["contact_s"] + 0.002
+    lines = text.replace(f"{entries[1]['contact_s']:.9f}", f"{moved:.9f}").splitlines()
+    lines = [line.replace("keep: true", "keep: false") if "t005" in line else line for line in lines]
+    review.write_text("\n".join(line for line in lines if "t006" not in line) + "\n")
+    other = run(path, "--out", tmp_path / "other", "--rig", rig, "--review", review)
+    assert other.exit_code == 0 and "t005 is not kept: dropped by the review" in other.output
+    changed = read_dataset(tmp_path / "other")
+    assert [t.name for t in changed.trials] == ["t000", "t001", "t002", "t003", "t004", "t007"]
+    late = data.trials[1].trace.time[0] - changed.trials[1].trace.time[0]
+    assert changed.trials[1].other["contact_s"] == f"{moved:.9f}" and abs(late) < 0.0025
+
+
+def test_without_a_rig_there_is_a_template(tmp_path):
+    path, _ = as_npy(tmp_path)
+    done = run(path, "--out", tmp_path / "set")
+    assert done.exit_code == 0 and "fill in the rig" in done.output
+    with pytest.raises(InputError, match=r"rig.moving_mass_kg.value': must be a number"):
+        read_dataset(tmp_path / "set")
+    description = tmp_path / "set/dataset.yaml"
+    filled = RIG + "measurement:\n" + description.read_text().partition("measurement:\n")[2]
+    description.write_text(f"schema: acf-gap-dataset/1\n{filled}")
+    assert run(path, "--out", tmp_path / "set").exit_code == 0  # keeps what was filled in
+    assert read_dataset(tmp_path / "set").rig.m == Prior(2.1, 0.04)
+
+
+def test_json_names_the_cuts(tmp_path):
+    path, _ = as_npy(tmp_path)
+    found = json.loads(run(path, "--out", tmp_path / "set", "--json").output)
+    contacts = 1e-9 * (np.array(session().contacts) - session().time[0])
+    assert [cut["contact_s"] for cut in found["cuts"]] == pytest.approx(contacts.tolist(), abs=1 / RATE)
+
+
+def refused(tmp_path, path, *options: object) -> str:
+    """What an import of `path` that fails says; nothing may be left behind."""
+    out = tmp_path / "refused"
+    done = run(path, "--out", out, *options)
+    assert isinstance(done.exception, InputError), done.output + repr(done.exception)
+    assert not out.exists() and not list(tmp_path.glob(".refused*"))
+    return str(done.exception)
+
+
+def with_columns(tmp_path, **changes) -> Path:
+    table = columns(session())
+    table |= {name: change(table[name]) for name, change in changes.items()}
+    np.savez(tmp_path / "log.npz", **table)
+    return tmp_path / "log.npz"
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        ({"force_n": lambda f: -f}, "negative in contact"),
+        ({"force_n": lambda f: f / 9.80665}, "in kgf, put 9.80665\\* before its name"),
+        ({"force_n": lambda f: 101.97 * f}, "in gf, put 0.00980665\\* before its name"),
+        ({"force_n": lambda f: 1000.0 * f}, "in mN, put 0.001\\*"),
+        ({"force_n": lambda f: 0.001 * f}, "in kN, put 1000\\*"),
+        ({"velocity_m_per_s": lambda v: 1000.0 * v}, "if it is in mm/s, put 0.001\\*"),
+        ({"velocity_m_per_s": lambda v: -v}, "away from the part; put -1\\*"),
+        ({"velocity_m_per_s": lambda v: 0.0 * v}, "stands still before contact"),
+        ({"pretension_n": lambda p: -p}, "put -1\\* before its name"),
+        ({"pretension_n": lambda p: 0.001 * p}, "in kN"),
+        ({"time_s": lambda t: 1e3 * t}, "if its times are in ms, set time_scale"),
+        ({"time_s": lambda t: 1e-4 * t}, "beyond any sensor"),
+        ({"time_s": lambda t: t[::-1]}, "time steps back"),
+        ({"time_s": lambda t: np.round(t)}, "repeat the time of another"),
+        ({"force_n": lambda f: np.where(f > 50.0, np.inf, f)}, "not finite numbers"),
+    ],
+)
+def test_units_and_signs_are_named(tmp_path, changes, message):
+    path = with_columns(tmp_path, **changes)
+    said = refused(tmp_path, path)
+    assert re.search(message, said), said
+
+
+def test_a_scale_mends_a_unit(tmp_path):
+    path = with_columns(tmp_path, force_n=lambda f: -f, velocity_m_per_s=lambda v: 1000.0 * v)
+    mapping = tmp_path / "mapping.yaml"
+    mapping.write_text("force: '-1*force_n'\nvelocity: {name: velocity_m_per_s, scale: 0.001}\n")
+    assert run(path, "--out", tmp_path / "set", "--mapping", mapping).exit_code == 0
+    done = run(path, "--out", tmp_path / "b", "--force", "-1*force_n", "--velocity", "0.001*velocity_m_per_s")
+    assert done.exit_code == 0, done.output
+
+
+def test_what_has_to_be_named_is_listed(tmp_path):
+    table = columns(session())
+    np.savez(tmp_path / "log.npz", **table, force_2=table["force_n"])
+    said = refused(tmp_path, tmp_path / "log.npz")
+    assert "force_n, force_2 may all be the force; name it by --force" in said
+    assert "\n  force_2           array" in said
+    assert "did you mean 'force_n'" in refused(tmp_path, tmp_path / "log.npz", "--force", "force_m")
+    bag = write_bag(tmp_path / "bag", session(), "mcap", axis="x")
+    assert "shows no contact" in refused(tmp_path, bag)
+    assert "/ft/wrench" in run(bag, "--list").output
+    assert run(bag, "--out", tmp_path / "set", "--force", "/ft/wrench:x").exit_code == 0
+    assert "has no topic '/ft'" in refused(tmp_path, bag, "--force", "/ft")
+    assert "has no field 'wrench.force.w'" in refused(tmp_path, bag, "--force", "/ft/wrench:wrench.force.w")
+    assert "is not a number" in refused(tmp_path, bag, "--force", "/ft/wrench:wrench.force")
+
+
+def test_faults_of_mapping_and_review_come_together(tmp_path):
+    path, _ = as_npy(tmp_path)
+    mapping = tmp_path / "mapping.yaml"
+    mapping.write_text("forse: a\nvelocity: {name: v, scale: 0}\ncontacts: {before_s: -1}\n")
+    (tmp_path / "rig.yaml").write_text("rig: {moving_mass_kg: {value: 2100, std: 1}}\n")
+    said = refused(tmp_path, path, "--mapping", mapping, "--rig", tmp_path / "rig.yaml")
+    for part in ("did you mean 'force'", "scale must not be 0", "'contacts.before_s'", "divide by 1000"):
+        assert part in said
+    review = tmp_path / "cuts.yaml"
+    cut = "{trial: a, contact_s: 1.0, keep: true}"
+    review.write_text(f"schema: acf-import-cuts/1\nrecording: x\ncuts: [{cut}, {cut}]\n")
+    said = refused(tmp_path, path, "--review", review)
+    assert "is 'x', not 'log.npy'" in said and "is there twice" in said
+
+
+def test_a_missing_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    (tmp_path / "log.mcap").write_bytes(b"")
+    assert "pip install 'acf-jax[ros]'" in refused(tmp_path, tmp_path / "log.mcap")
+
+
+def test_text_from_a_recording_is_text_on_the_page(tmp_path):
+    path = with_columns(tmp_path)
+    evil = path.rename(tmp_path / "<img src=x onerror=alert(1)>.npz")
+    impacts = find_impacts(read_session(evil, Mapping()), Mapping().contacts, TYPICAL)
+    assert "<img" not in import_page(impacts, "<img>", "<img>")
