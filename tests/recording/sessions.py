@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from needs import need_module
 
+from acf_jax.recording.series import Series
 from tests.dataset.impacts import contact_force
 
 RATE, ROBOT, APART = 8000.0, 125.0, 0.4  # Hz, Hz, s
@@ -194,3 +195,13 @@ def _writer(path: Path, kind: str):
 
     plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
     return Writer(path, version=9, storage_plugin=plugin)
+
+
+def as_series(session: Made) -> tuple[Series, Series, Series]:
+    """Force, velocity and pretension as a reader gives them."""
+    beats = session.beats
+    return (
+        Series(session.time, session.force),
+        Series(beats, session.velocity),
+        Series(beats, session.pretension),
+    )

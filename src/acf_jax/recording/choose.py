@@ -35,14 +35,14 @@ def choose(path: Path, recording: Recording, mapping: Mapping) -> Chosen:
     **Raises:** `InputError` that lists what the recording offers, where one has to be named.
     """
     faults: list[str] = []
-    notes: list[str] = []
+    alone: list[str] = []
 
     def pick(role: str, given: Source | float | None, remedy: str) -> Source | float | None:
         if given is not None:
             return given
         found = recording.candidates(role)
         if len(found) == 1:
-            notes.append(f"{role}: {recording.described(found[0])}, the only candidate")
+            alone.append(f"{role} {recording.described(found[0])}")
             return found[0]
         names = ", ".join(source.name for source in found)
         what = f"{names} may all be the {role}" if found else f"nothing is clearly the {role}"
@@ -57,9 +57,10 @@ def choose(path: Path, recording: Recording, mapping: Mapping) -> Chosen:
     if faults:
         raise InputError([*faults, f"{path} offers\n{listing(recording.channels())}"])
     assert isinstance(force, Source) and speed is not None and pretension is not None
+    notes = [f"taken, each the only candidate: {', '.join(alone)}"] if alone else []
     place = isinstance(speed, Source) and (mapping.position is not None or recording.is_position(speed))
-    if place and mapping.position is None:
-        notes.append(f"{recording.described(speed)} is a position: its derivative is the velocity")  # type: ignore[arg-type]
+    if isinstance(speed, Source) and place and mapping.position is None:
+        notes.append(f"{recording.described(speed)} is a position: its derivative is the velocity")
     return Chosen(force, speed, place, pretension, tuple(notes))
 
 

@@ -166,7 +166,6 @@ def _table(impacts: Impacts) -> Html:
 
 def _notes(impacts: Impacts) -> Html:
     session = impacts.session
-    said = [note.partition(":")[0] for note in impacts.notes]
     words = {
         "force": "force",
         "speed": "position" if session.is_position else "velocity",
@@ -177,7 +176,6 @@ def _notes(impacts: Impacts) -> Html:
         if role in session.labels
         else f"{word}: {getattr(session, role):g}, as given"
         for role, word in words.items()
-        if word not in said
     ]
     level = impacts.level
     taken.append(

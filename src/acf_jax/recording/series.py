@@ -15,6 +15,7 @@ Nanoseconds = NDArray[np.int64]
 # Told how far reading has come: done and total, in units of the reader's own; a total of 0 is not known.
 Progress = Callable[[int, int], None]
 
+_LARGEST = 1e12  # of a force, a speed or a position; what is beyond was never measured
 _DISORDER = 0.01  # share of samples that may be out of order or not a number before a signal is refused
 
 
@@ -72,13 +73,13 @@ def in_order(series: Series, where: str) -> Series:
     n = series.time.size
     if n == 0:
         raise InputError(f"{where}: holds no samples; name another signal, or record again")
-    finite = np.isfinite(series.value)
-    bad = n - int(np.count_nonzero(finite))
+    sound = np.abs(series.value) < _LARGEST  # not a number is not
+    bad = n - int(np.count_nonzero(sound))
     if bad > _DISORDER * n:
         raise InputError(f"{where}: {bad} of {n} values are not finite numbers; correct the recording")
     if bad:
         note = f"{where}: {bad} of {n} values are not finite numbers and are left out"
-        series = series.at(np.flatnonzero(finite), note)
+        series = series.at(np.flatnonzero(sound), note)
     steps = np.diff(series.time)
     if (steps > 0).all():
         return series

@@ -1,6 +1,7 @@
 """NumPy files: named arrays (.npz), or one array of named fields (.npy). Nothing is unpickled."""
 
 import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterator, Sequence
@@ -20,7 +21,8 @@ ROWS = 1_000_000  # of a chunk
 
 # zipfile and NumPy use sizes and names in a damaged file before they check them.
 _UNCHECKED = (LookupError, ArithmeticError, TypeError, AttributeError, RuntimeError, MemoryError, SyntaxError)
-_FAULTS = (OSError, EOFError, ValueError, zipfile.BadZipFile, zlib.error, struct.error, *_UNCHECKED)
+_BROKEN = (zipfile.BadZipFile, zlib.error, struct.error, tokenize.TokenError)
+_FAULTS = (OSError, EOFError, ValueError, *_BROKEN, *_UNCHECKED)
 _REMEDY = "save it again by numpy.savez, arrays of numbers only"
 
 
