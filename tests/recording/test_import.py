@@ -179,6 +179,15 @@ def test_json_names_the_cuts(tmp_path):
     assert [cut["contact_s"] for cut in found["cuts"]] == pytest.approx(contacts.tolist(), abs=1 / RATE)
 
 
+def test_a_data_set_of_another_origin_stays(tmp_path):
+    path, _ = as_npy(tmp_path)
+    (tmp_path / "set").mkdir()
+    (tmp_path / "set/trials.csv").write_text("mine")
+    done = run(path, "--out", tmp_path / "set")
+    assert "that no import wrote" in str(done.exception)
+    assert (tmp_path / "set/trials.csv").read_text() == "mine"
+
+
 def refused(tmp_path, path, *options: object) -> str:
     """What an import of `path` that fails says; nothing may be left behind."""
     out = tmp_path / "refused"
@@ -244,6 +253,8 @@ def test_what_has_to_be_named_is_listed(tmp_path):
     assert "has no topic '/ft'" in refused(tmp_path, bag, "--force", "/ft")
     assert "has no field 'wrench.force.w'" in refused(tmp_path, bag, "--force", "/ft/wrench:wrench.force.w")
     assert "is not a number" in refused(tmp_path, bag, "--force", "/ft/wrench:wrench.force")
+    joints = write_bag(tmp_path / "joints", session(), "mcap", speed="joints")
+    assert "velocity[NAME]: turn, lift" in refused(tmp_path, joints)
 
 
 def test_faults_of_mapping_and_review_come_together(tmp_path):

@@ -53,7 +53,7 @@ def files(tmp_path_factory) -> dict[str, Bytes]:
     folder = tmp_path_factory.mktemp("sound")
     session = made(1, FEW[:1], rate=500.0)
     write_bag(folder / "a", session, "mcap")
-    write_bag(folder / "b", session, "sqlite3", speed="joints")
+    write_bag(folder / "b", session, "sqlite3")
     write_bag(folder / "c.bag", session, "ros1", speed="pose")
     write_csv(folder / "d.csv", session)
     table = columns(session)

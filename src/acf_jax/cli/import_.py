@@ -1,9 +1,10 @@
 """`python -m acf_jax import`: a gap data set from one long recording."""
 
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ Examples:
   python -m acf_jax import session.mcap --out my_rig --rig rig.yaml --pretension 60 --review cuts.yaml
   python -m acf_jax import log.csv --out my_rig --force "-1*Fz" --velocity "0.001*v_mm_s" --pretension preload
 """
+PAGE = "import.html"
 SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 
 
@@ -91,13 +93,17 @@ def _import(
 
     faults: list[str] = []
     known, chosen = None, None
-    if rig is None and (out / "dataset.yaml").exists():
-        rig = out / "dataset.yaml"  # an earlier import, its rig perhaps filled in by now
+    earlier = out / "dataset.yaml"
+    if (out / "trials.csv").exists() and not (out / PAGE).exists():
+        faults.append(f"--out {out}: holds a data set that no import wrote; name another folder")
     try:
-        known = read_rig_file(rig) if rig else None
+        if rig is not None:
+            known = read_rig_file(rig)
+        elif earlier.exists():
+            with suppress(InputError):  # of an earlier import, its rig perhaps filled in by now
+                known = read_rig_file(earlier)
     except InputError as error:
-        if rig != out / "dataset.yaml":
-            faults += error.faults
+        faults += error.faults
     try:
         chosen = read_mapping(mapping, signals)
     except InputError as error:
@@ -112,7 +118,7 @@ def _import(
     impacts = find_impacts(session, chosen.contacts, known.prior if known else None, decided)
     with whole_folder(out) as folder:
         write_impacts(folder, impacts, known)
-        write_text(folder / "import.html", import_page(impacts, str(review or "cuts.yaml"), str(out)))
+        write_text(folder / PAGE, import_page(impacts, str(review or "cuts.yaml"), str(out)))
     if review is not None and decided is None:
         write_text(review, review_of(impacts))
     return impacts, known is not None
@@ -130,7 +136,7 @@ def _text(impacts: "Impacts", out: Path, review: Path | None, described: bool) -
         f"{len(impacts.cuts)} contacts in {session.duration:.1f} s, {len(kept)} kept, at {len(conditions)} conditions",
         *odd,
         *impacts.notes,
-        f"{out / 'import.html'}: look at every cut in a browser",
+        f"{out / PAGE}: look at every cut in a browser",
     ]
     if review is not None:
         lines.append(f"{review}: drop or move a cut here, then import again")
@@ -153,9 +159,9 @@ def _document(impacts: "Impacts") -> dict[str, Any]:
                 "trial": cut.trial,
                 "keep": cut.keep,
                 "contact_s": 1e-9 * (cut.contact.begin - begin),
-                "contact_velocity_m_per_s": cut.velocity.value,
-                "contact_velocity_std_m_per_s": cut.velocity.std,
-                "pretension_n": cut.pretension.value,
+                "contact_velocity_m_per_s": _or_none(cut.velocity.value),
+                "contact_velocity_std_m_per_s": _or_none(cut.velocity.std),
+                "pretension_n": _or_none(cut.pretension.value),
                 "peak_force_n": cut.peak,
                 "remarks": list(cut.remarks),
             }
@@ -163,6 +169,10 @@ def _document(impacts: "Impacts") -> dict[str, Any]:
         ],
         "notes": list(impacts.notes),
     }
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 @contextmanager

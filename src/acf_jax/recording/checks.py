@@ -24,6 +24,8 @@ FORCE_UNITS = {
 
 def interval_fault(session: Session, impact_time: float) -> str | None:
     """Why the times of the force cannot be in seconds; None when they can. `impact_time`: roughly, s."""
+    if session.force.time.size < 2:
+        return None  # too short for another reason
     step = sampling_interval(session.force)
     where = f"{session.path} {session.labels['force']}"
     if step > 3.0 * impact_time:

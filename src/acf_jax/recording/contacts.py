@@ -57,7 +57,8 @@ def find_contacts(force: Series, options: Contacts, where: str) -> tuple[Level, 
     **Raises:** `InputError` when the recording is too short, the force has the wrong sign, or no contact is seen.
     """
     step = sampling_interval(force)
-    level = _level(force.value, max(round(_WINDOW / step), 16), options.threshold_n, where)
+    width = max(round(_WINDOW / step), 16) if step else 16
+    level = _level(force.value, width, options.threshold_n, where)
     starts, stops = _runs(force.value, level.free + level.threshold)
     starts, stops = _debounced(force, starts, stops, round(1e9 * options.separation_s))
     if starts.size == 0:

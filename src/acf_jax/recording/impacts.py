@@ -115,8 +115,8 @@ def _measured(
     cuts = []
     for (trial, contact, keep), limit in zip(chosen, ends, strict=True):
         time, force = cut_trace(session.force, contact, max(limit, contact.first + 1), options)
-        velocity = _estimate(session.speed, contact.begin, session.is_position)
-        pretension = _estimate(session.pretension, contact.begin)
+        velocity = _velocity(session, contact.begin)
+        pretension = _pretension(session, contact.begin)
         cut = Cut(trial, True, contact, time, force, velocity or UNKNOWN, pretension or UNKNOWN)
         why = remarks(cut, typical)
         why += ["no speed was recorded before it"] if velocity is None else []
@@ -130,10 +130,16 @@ def _measured(
     return cuts
 
 
-def _estimate(signal: object, begin: int, is_position: bool | None = None) -> Estimate | None:
-    if isinstance(signal, float):
-        return Estimate(signal, 0.0)
-    return pretension_at(signal, begin) if is_position is None else velocity_at(signal, is_position, begin)  # type: ignore[arg-type]
+def _velocity(session: Session, begin: int) -> Estimate | None:
+    if isinstance(session.speed, float):
+        return Estimate(session.speed, 0.0)
+    return velocity_at(session.speed, session.is_position, begin)
+
+
+def _pretension(session: Session, begin: int) -> Estimate | None:
+    if isinstance(session.pretension, float):
+        return Estimate(session.pretension, 0.0)
+    return pretension_at(session.pretension, begin)
 
 
 def _notes(session: Session, kept: Sequence[Cut], options: Contacts) -> tuple[str, ...]:
@@ -145,7 +151,6 @@ def _notes(session: Session, kept: Sequence[Cut], options: Contacts) -> tuple[st
         notes.append(
             f"the force reads {offset:.3g} N before contact; contacts: {{tare: true}} in the mapping subtracts it"
         )
-    if (outside := [c.trial for c in kept if c.peak is None]) or any(c.remarks for c in kept):
-        doubtful = [c.trial for c in kept if c.remarks and c.trial not in outside] + outside
-        notes.append(f"kept although doubtful: {', '.join(sorted(doubtful))}")
+    if doubtful := [cut.trial for cut in kept if cut.remarks]:
+        notes.append(f"kept although doubtful: {', '.join(doubtful)}")
     return tuple(notes)

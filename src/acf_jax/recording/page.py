@@ -153,8 +153,10 @@ def _table(impacts: Impacts) -> Html:
             (
                 cut.trial,
                 f"{1e-9 * (cut.contact.begin - begin):.6f} s",
-                f"{cut.velocity.value:.5g} ± {cut.velocity.std:.2g} m/s",
-                f"{cut.pretension.value:.4g} N",
+                f"{cut.velocity.value:.5g} ± {cut.velocity.std:.2g} m/s"
+                if np.isfinite(cut.velocity.value)
+                else "–",
+                f"{cut.pretension.value:.4g} N" if np.isfinite(cut.pretension.value) else "–",
                 f"{v_e:g} m/s, {f_p:g} N" if cut.keep else "–",
                 f"{cut.contact.peak if cut.peak is None else cut.peak:.4g} N",
                 join([kept, f": {'; '.join(cut.remarks)}" if cut.remarks else ""]),

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from typing import Any
 
+import numpy as np
+
 from acf_jax.dataset.table import suggestion
 from acf_jax.errors import InputError
 
@@ -29,7 +31,7 @@ def getter(path: str, where: str) -> Callable[[Any], float]:
                 owner, value = value, getattr(value, name)
                 if index is not None:
                     value = value[int(index) if index.isdecimal() else list(owner.name).index(index)]
-            return float(value)
+            return float(value.item() if isinstance(value, np.ndarray) else value)
         except AttributeError:
             raise InputError(f"{where}: has no field '{path}'{_hint(owner, name)}") from None
         except (IndexError, ValueError, TypeError):

@@ -40,10 +40,10 @@ PRETENSION_NAMES = ("pretension", "preload")
 JOINTS = "sensor_msgs/msg/JointState"
 
 _REMEDY = {
-    ".mcap": "the file is damaged or was not closed: `mcap recover` repairs it",
-    ".bag": "the file is damaged or was not closed: `rosbag reindex` repairs it",
+    ".mcap": "if it was not closed, `mcap recover` repairs it",
+    ".bag": "if it was not closed, `rosbag reindex` repairs it",
 }
-_REINDEX = "the bag is damaged or was not closed: `ros2 bag reindex` repairs it"
+_REINDEX = "if it was not closed, `ros2 bag reindex` repairs it"
 
 
 def recognises(path: Path) -> bool:
@@ -178,9 +178,7 @@ class Bag:
             return f"{usual}.{source.field}"
         if source.field is not None:
             return source.field
-        if self.topics.get(source.name) == JOINTS:
-            return f"{usual}[0]"
-        return usual if usual == "data" else f"{usual}.z"
+        return usual if usual == "data" or self.topics.get(source.name) == JOINTS else f"{usual}.z"
 
     def _missing(self, source: Source) -> str | None:
         if source.time is not None:
