@@ -14,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 from acf_jax.surrogate.box import UNITS
 from acf_jax.surrogate.load import Shape
@@ -197,5 +197,5 @@ def _lines(path: Path, fault: dict[str, Any]) -> list[str]:
     elif fault["type"] in _REMEDIES:
         problems = [_REMEDIES[fault["type"]]]
     else:
-        problems = [f"{fault['msg'].lower()}, but is {fault['input']!r}; correct the value"]
+        problems = [f"{fault['msg'].lower()}, but is {shown(fault['input'])}; correct the value"]
     return [f"{path}: {where}: {problem}" for problem in problems]

@@ -1,5 +1,6 @@
 """Reading and writing files safely: YAML without surprises, writes that are whole or absent."""
 
+import json
 import os
 import shutil
 import tempfile
@@ -10,25 +11,65 @@ from typing import Any
 
 import yaml
 
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
+
+MAX_BYTES = 200_000_000  # a trace of 200 MB is hours long; nothing else that is read comes near
+
+
+def read_bytes(path: Path) -> bytes:
+    """The file's content; `InputError` unless it is an ordinary file of bearable size.
+
+    A device or a pipe could be read without end.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is not an ordinary file; name a file")
+        if path.is_file() and path.stat().st_size > MAX_BYTES:
+            raise InputError(f"{path}: is larger than {MAX_BYTES // 10**6} MB; cut it to what is needed")
+        return path.read_bytes()
+    except InputError:
+        raise
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; check the path") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no path of a file"
+        raise InputError(f"{shown(str(path))}: cannot be read ({reason}); correct the path") from None
 
 
 def read_text(path: Path) -> str:
     """The file's text; `InputError` when it is missing or is not UTF-8."""
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; check the path") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: is a folder; name a file") from None
+        return read_bytes(path).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: is not UTF-8 text ({error.reason}); save it as UTF-8") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def read_json_mapping(path: Path, remedy: str) -> dict[str, Any]:
+    """The object in a JSON file; `InputError`, which ends with `remedy`, when it is none."""
+    try:
+        value = json.loads(read_text(path))
+    except InputError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not JSON ({error}); {remedy}") from None
+    if not isinstance(value, dict):
+        raise InputError(f"{path}: must hold a JSON object, but holds {type(value).__name__}; {remedy}")
+    return value
 
 
 class _UniqueKeyLoader(yaml.SafeLoader):
-    """YAML's safe loader that refuses a key given twice (the last one would win in silence)."""
+    """YAML's safe loader without a key given twice (the last one would win in silence) and without aliases.
+
+    A few lines of aliases of aliases stand for more values than any memory holds.
+    """
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            mark = self.peek_event().start_mark
+            raise yaml.composer.ComposerError(
+                None, None, "aliases (*name) are not known; write values out", mark
+            )
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()
@@ -52,9 +93,12 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
         where = f" line {mark.line + 1}" if mark else ""
         what = getattr(error, "problem", None) or "not valid YAML"
         raise InputError(f"{path}{where}: {what}; correct the YAML") from None
+    except InputError:
+        raise
     except RecursionError:
         raise InputError(f"{path}: nested too deeply; correct the YAML") from None
-    except (ValueError, TypeError, OverflowError) as error:  # a date or number that does not exist
+    except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
+        # PyYAML's constructors on a date, a number or a tag that does not exist
         raise InputError(f"{path}: is not valid YAML ({error}); correct the YAML") from None
     if not isinstance(value, dict):
         raise InputError(f"{path}: must hold `key: value` pairs, but holds {type(value).__name__}")
@@ -62,12 +106,17 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` to a temporary name beside `path`, then rename: the file is whole or absent."""
+    """Write `text` so that the file is whole or absent."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write `content` to a temporary name beside `path`, then rename: the file is whole or absent."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
             file.flush()
             os.fsync(file.fileno())
         os.chmod(name, 0o644)
@@ -84,6 +133,10 @@ def whole_folder(target: Path) -> Iterator[Path]:
     scratch = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}."))
     try:
         yield scratch
+        if not target.exists():
+            scratch.chmod(0o755)
+            scratch.rename(target)
+            return
         for source in sorted(scratch.rglob("*")):
             if source.is_file():
                 destination = target / source.relative_to(scratch)

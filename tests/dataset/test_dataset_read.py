@@ -59,9 +59,9 @@ def test_opens_nothing_but_what_is_listed(folder, monkeypatch):
     (folder / "answer.yaml").write_text("effects: [gravity]")
     (folder / "traces" / "unlisted.csv").write_text("not a trace")
     opened = []
-    plain = Path.read_text
+    plain = Path.read_bytes
     monkeypatch.setattr(
-        Path, "read_text", lambda self, *a, **k: opened.append(self.name) or plain(self, *a, **k)
+        Path, "read_bytes", lambda self, *a, **k: opened.append(self.name) or plain(self, *a, **k)
     )
     read_dataset(folder)
     assert sorted(opened) == ["dataset.yaml", "t000.csv", "t001.csv", "t002.csv", "t003.csv", "trials.csv"]
@@ -262,7 +262,7 @@ def test_binary_and_foreign_encodings(folder):
 
 
 def test_files_that_are_too_large(folder, monkeypatch):
-    monkeypatch.setattr("acf_jax.dataset.table.MAX_BYTES", 1000)
+    monkeypatch.setattr("acf_jax.files.MAX_BYTES", 1000)
     assert sum("is larger than" in fault for fault in faults_of(folder)) == 4
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from acf_jax.cli._rig import RIG, read_rig
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_text, read_yaml_mapping
 
 if TYPE_CHECKING:
@@ -132,4 +132,4 @@ def _share_fault(name: Any, value: Any) -> str | None:
     if name not in (*RIG, *IMPACT):
         return f"is not known; use {', '.join((*RIG, *IMPACT))}"
     number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return None if number and 0 <= value <= 0.5 else f"must be a share from 0 to 0.5, but is {value!r}"
+    return None if number and 0 <= value <= 0.5 else f"must be a share from 0 to 0.5, but is {shown(value)}"

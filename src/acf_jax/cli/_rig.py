@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 
 UNITS = {"m": "kg", "d": "N s/m", "k_f": "N/m", "k_c": "N/m", "v_e": "m/s", "f_p": "N"}
@@ -19,7 +19,7 @@ def sign_fault(name: str, value: Any, where: str) -> str | None:
     number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if number and (value > 0 or (value == 0 and name not in MUST_BE_POSITIVE)):
         return None
-    return f"{where} must be a number, finite and {range_}, in {UNITS[name]}, but is {value!r}"
+    return f"{where} must be a number, finite and {range_}, in {UNITS[name]}, but is {shown(value)}"
 
 
 def read_rig(path: Path) -> tuple[dict[str, float], list[str]]:

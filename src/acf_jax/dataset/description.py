@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from acf_jax.dataset import units
-from acf_jax.dataset.table import check_file, shown, suggestion
+from acf_jax.dataset.table import suggestion
 from acf_jax.dataset.trials import Measurement, Prior, RigPrior
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 
 SCHEMA = "acf-gap-dataset/1"
@@ -82,7 +82,6 @@ class _Document(_Strict):
 
 def read_description(path: Path) -> tuple[str, RigPrior, Measurement]:
     """Description, rig prior and measurement of a dataset.yaml; `InputError` with all its faults."""
-    check_file(path)
     return check_description(path, read_yaml_mapping(path))
 
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from acf_jax.dataset import units
 from acf_jax.dataset.description import read_description
-from acf_jax.dataset.table import Row, Table, read_table, shown
+from acf_jax.dataset.table import Row, Table, read_table
 from acf_jax.dataset.trials import Array, GapDataset, Measurement, RigPrior, Trace, Trial
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import inside
 
 _CONDITION = ("trial", "contact_velocity_m_per_s", "pretension_n")

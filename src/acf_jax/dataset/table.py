@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from acf_jax.errors import InputError
+from acf_jax.errors import shown as shown  # what is said of tables is said with it
 from acf_jax.files import read_text
 
-MAX_BYTES = 200_000_000  # a trace of 200 MB is hours long; it was not meant as an impact
 _SHOWN = 8  # faults shown of one file; a wrong column would fill the screen otherwise
 
 
@@ -58,28 +58,10 @@ class Table:
         return self.faults[:_SHOWN] + (more if rest > 0 else [])
 
 
-def shown(text: str) -> str:
-    """`text` quoted, on one line and short enough for a message."""
-    return repr(text if len(text) <= 40 else text[:37] + "...")
-
-
 def suggestion(name: str, known: Sequence[str]) -> str:
     """`; did you mean ...` when one of `known` resembles `name`, else an empty string."""
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     return f"; did you mean {shown(close[0])}?" if close else ""
-
-
-def check_file(path: Path) -> None:
-    """Raise `InputError` unless `path` is an ordinary file of bearable size."""
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is not an ordinary file; name a file")
-        if path.is_file() and path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path}: is larger than {MAX_BYTES // 10**6} MB; cut it to the impact")
-    except InputError:
-        raise
-    except (OSError, ValueError):
-        raise InputError(f"{shown(str(path))}: cannot be opened; correct the path") from None
 
 
 def read_table(path: Path, required: Sequence[str]) -> Table:
@@ -89,7 +71,6 @@ def read_table(path: Path, required: Sequence[str]) -> Table:
     """
     table = Table(path)
     try:
-        check_file(path)
         _fill(table, read_text(path), required)
     except InputError as error:
         table.faults.extend(error.faults)

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError, model_validator
 
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 
 Goal = Literal["fastest", "highest_process_force", "widest_margin"]
@@ -110,5 +110,5 @@ def _lines(path: Path, fault: dict[str, Any]) -> list[str]:
     if fault["type"] in _REMEDIES:
         return [where + _REMEDIES[fault["type"]]]
     if fault["loc"][-1:] == ("number",):
-        return [where + f"must be a number, or {{low: ..., high: ...}}, but is {fault['input']!r}"]
-    return [where + f"{fault['msg'].lower()}, but is {fault['input']!r}; correct the value"]
+        return [where + f"must be a number, or {{low: ..., high: ...}}, but is {shown(fault['input'])}"]
+    return [where + f"{fault['msg'].lower()}, but is {shown(fault['input'])}; correct the value"]

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from acf_jax.dataset.table import Row, Table, read_table, shown
-from acf_jax.errors import InputError
+from acf_jax.dataset.table import Row, Table, read_table
+from acf_jax.errors import InputError, shown
 from acf_jax.safety.limits import BodyArea, Limits
 
 Contact = Literal["transient", "quasi_static"]

@@ -7,17 +7,15 @@ fault of the file instead of a wrong force.
 import hashlib
 import io
 import json
-import os
 from pathlib import Path
 from typing import Any, TypeVar
 
 import equinox as eqx
 
 from acf_jax.errors import InputError
+from acf_jax.files import read_bytes, write_bytes
 
 Tree = TypeVar("Tree")
-
-_LONGEST_HEADER = 10_000_000
 
 
 def write_tree(path: Path, header: dict[str, Any], tree: Any) -> None:
@@ -26,22 +24,12 @@ def write_tree(path: Path, header: dict[str, Any], tree: Any) -> None:
     eqx.tree_serialise_leaves(body, tree)
     checksum = hashlib.sha256(body.getvalue()).hexdigest()
     line = json.dumps({**header, "sha256": checksum}, allow_nan=False)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
-    with partial.open("wb") as file:
-        file.write(line.encode() + b"\n" + body.getvalue())
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(partial, path)
+    write_bytes(path, line.encode() + b"\n" + body.getvalue())
 
 
 def read_header(path: Path) -> tuple[dict[str, Any], bytes]:
     """Header and body of a file; `InputError` when it is none, or not whole."""
-    try:
-        with path.open("rb") as file:
-            line, body = file.readline(_LONGEST_HEADER), file.read()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); check the path") from None
+    line, _, body = read_bytes(path).partition(b"\n")
     try:
         header = json.loads(line)
     except (ValueError, RecursionError):
