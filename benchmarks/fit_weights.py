@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
+from acf_jax.blind.answer import Answer
 from acf_jax.blind.calibration import calibrate
 from acf_jax.blind.seal import open_answers
 from acf_jax.diagnosis.score import UNKNOWN, WEIGHTS, Evidence, Weights, is_port, log_scores
@@ -46,15 +47,15 @@ def read_run(run: Path) -> list[Case]:
     return cases
 
 
-def _case(content: dict[str, Any], answer: dict[str, Any]) -> Case:
+def _case(content: dict[str, Any], answer: Answer) -> Case:
     found = [
         Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]))
         for f in content["evidence"]["fits"]
     ]
-    truth = tuple(sorted(answer["effects"]))
-    if answer["withheld"] or any(name not in library() for name in truth):
+    truth = tuple(sorted(answer.effects))
+    if answer.withheld or any(name not in library() for name in truth):
         return Case(
-            found, content["evidence"]["samples"], {UNKNOWN, *((n,) for n in answer["neighbours"])}, UNKNOWN
+            found, content["evidence"]["samples"], {UNKNOWN, *((n,) for n in answer.neighbours)}, UNKNOWN
         )
     return Case(found, content["evidence"]["samples"], {truth}, truth)
 

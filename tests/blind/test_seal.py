@@ -1,8 +1,11 @@
 import json
 
 import pytest
+from click.testing import CliRunner
 
-from acf_jax.blind.seal import open_answers, seal_folder
+from acf_jax.blind.answer import Answer
+from acf_jax.blind.seal import check_answers, open_answers, seal_folder
+from acf_jax.cli.main import commands
 from acf_jax.errors import InputError
 
 
@@ -25,10 +28,10 @@ def test_answers_vanish_under_the_seal_and_come_back(sealed):
     assert b"gravity" not in (sets / "answers.sealed").read_bytes()
     assert json.loads((sets / "seal.json").read_text())["sha256"] == digest
     assert open_answers(sets, results, ["a", "b"]) == {
-        "a": {"effects": ["gravity"]},
-        "b": {"effects": ["sensor_lag"]},
+        "a": Answer(effects=("gravity",)),
+        "b": Answer(effects=("sensor_lag",)),
     }
-    assert open_answers(sets, results, ["a", "b"])["a"] == {"effects": ["gravity"]}
+    assert open_answers(sets, results, ["a", "b"])["a"].effects == ("gravity",)
 
 
 def test_changed_answers_are_refused(sealed):
@@ -64,6 +67,41 @@ def test_a_folder_without_answers_or_sealed_twice_is_refused(sealed, tmp_path):
 def test_an_answer_with_a_misspelt_key_is_not_sealed(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "answer.yaml").write_text("effect: [gravity]\n")
-    with pytest.raises(InputError, match=r"answer\.yaml: effects: must be a list of the causes' names"):
+    with pytest.raises(InputError, match=r"answer\.yaml: effects: field required"):
         seal_folder(tmp_path)
     assert (tmp_path / "a" / "answer.yaml").exists()
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"sha256": 3, "data_sets": 2, "sealed_at": 1.0}'])
+def test_a_damaged_seal_is_refused(sealed, content):
+    sets, results, _ = sealed
+    (sets / "seal.json").write_text(content)
+    for read in (lambda: check_answers(sets, ["a", "b"]), lambda: open_answers(sets, results, ["a", "b"])):
+        with pytest.raises(InputError, match=r"seal\.json: .*seal them again"):
+            read()
+
+
+def test_data_sets_without_an_answer_are_refused_before_they_are_diagnosed(sealed, tmp_path):
+    with pytest.raises(InputError, match="remove those that came later"):
+        check_answers(sealed[0], ["a", "b", "c"])
+    for name in ("c", "d"):
+        (tmp_path / "more" / name).mkdir(parents=True)
+        (tmp_path / "more" / name / "dataset.yaml").write_text("")
+    (tmp_path / "more/c/answer.yaml").write_text("effects: []\n")
+    out = tmp_path / "out"
+    result = CliRunner().invoke(commands, ["blind", "score", str(tmp_path / "more"), "--out", str(out)])
+    assert isinstance(result.exception, InputError) and len(result.exception.faults) == 1
+    assert "d/answer.yaml: no such file" in result.exception.faults[0] and not out.exists()
+    with pytest.raises(InputError, match=r"d/answer\.yaml"):
+        seal_folder(tmp_path / "more")
+
+
+@pytest.mark.parametrize(
+    "content", ["effects: gravity", "effects: [1]", "effects: []\nceiling: high", "components: []"]
+)
+def test_a_faulty_answer_is_named(sealed, content):
+    folder = sealed[0]
+    (folder / "seal.json").unlink()
+    (folder / "a/answer.yaml").write_text(content)
+    with pytest.raises(InputError, match=r"a/answer\.yaml: (effects|ceiling)"):
+        seal_folder(folder)

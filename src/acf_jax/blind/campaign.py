@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 from acf_jax.blind.plan import WEAK, Order, draw_plan
 from acf_jax.blind.seal import SEAL, seal_answers
-from acf_jax.errors import InputError
-from acf_jax.files import read_text, read_yaml_mapping, whole_folder, write_text
+from acf_jax.errors import InputError, shown
+from acf_jax.files import read_json_mapping, read_yaml_mapping, whole_folder, write_text
 
 WITHHELD = "withheld.json"  # the effects that a diagnosis shall not know, by data set
 RUN = "run.json"  # what a run was started with
@@ -29,7 +29,7 @@ def _describe(folder: Path, arguments: dict[str, Any]) -> None:
         if folder.exists() and any(folder.iterdir()):
             raise InputError(f"{folder}: holds files of something else; name another --out")
         write_text(file, json.dumps(arguments) + "\n")
-    elif (before := json.loads(read_text(file))) != arguments:
+    elif (before := read_json_mapping(file, "name another --out")) != arguments:
         raise InputError(
             f"{file}: the run in this folder has {before}; go on with these, or name another --out"
         )
@@ -86,16 +86,26 @@ def _make_one(made: Made) -> None:
     write_text(made.answer, yaml.safe_dump(answer, sort_keys=False))
 
 
-def diagnose_all(folder: Path, results: Path, workers: int, report: Report) -> list[str]:
-    """Diagnose every data set of `folder` that has no diagnosis in `results` yet; returns their names."""
+def data_sets(folder: Path) -> list[str]:
+    """The names of the data sets in a folder; `InputError` where there is none."""
     names = sorted(p.parent.name for p in folder.glob("*/dataset.yaml"))
     if not names:
         raise InputError(
             f"{folder}: holds no data sets; name a folder whose folders hold a dataset.yaml each"
         )
+    return names
+
+
+def diagnose_all(folder: Path, results: Path, workers: int, report: Report) -> list[str]:
+    """Diagnose every data set of `folder` that has no diagnosis in `results` yet; returns their names."""
+    names = data_sets(folder)
     withheld: dict[str, str] = {}
     if (folder / WITHHELD).exists():
-        withheld = json.loads(read_text(folder / WITHHELD))
+        from acf_jax.effects import library
+
+        withheld = read_json_mapping(folder / WITHHELD, "draw the run again")
+        if strange := [name for name in withheld.values() if name not in library()]:
+            raise InputError(f"{folder / WITHHELD}: {shown(strange[0])} is no effect; draw the run again")
     todo = [
         (folder / name, results / name, withheld.get(name, ""))
         for name in names

@@ -1,16 +1,18 @@
 """One data set: what was said of it against what was true, and how the corrected model does on unseen conditions."""
 
-import json
+import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from acf_jax.blind.answer import Answer, Failed, Said, read_said
 from acf_jax.blind.plan import WEAK
 from acf_jax.dataset import read_conditions
 from acf_jax.diagnosis.model_file import GapModel, read_model
 from acf_jax.diagnosis.predict import predict
 from acf_jax.effects import library
+from acf_jax.errors import InputError
 from acf_jax.files import read_text
 
 UNKNOWN = ["unknown"]
@@ -22,44 +24,43 @@ COMPARABLE = (  # the rig's own constants mean the same in every world
 )
 
 
-def score_one(data: Path, result: Path, answer: dict[str, Any]) -> dict[str, Any]:
+def score_one(data: Path, result: Path, answer: Answer) -> dict[str, Any]:
     """The row of one data set.
 
     Arguments:
-        data: the data set. result: its diagnosis. answer: `effects`, and what else is known (`components`, `withheld`,
-            `neighbours`, `whitened_distance`, `ceiling`, `rig`, `faulty_trials`).
+        data: the data set. result: its diagnosis. answer: `effects`, and what else is known.
     """
-    content = json.loads(read_text(result / "diagnosis.json"))
-    named = sorted(answer["effects"])
-    outside = bool(answer.get("outside_library")) or any(name not in library() for name in named)
-    withheld = answer.get("withheld") or ""
+    said = read_said(result)
+    named = sorted(answer.effects)
+    outside = answer.outside_library or any(name not in library() for name in named)
+    withheld = answer.withheld
     truth = UNKNOWN if outside or withheld else named
-    row = {
+    row: dict[str, Any] = {
         "set": data.name,
         "kind": _kind(named, outside, withheld),
         "causes": named,
         "truth": truth,
-        "components": answer.get("components")
+        "components": list(answer.components)
         or sorted({library()[n].component for n in named if n in library()}),
-        "distance": answer.get("whitened_distance"),
-        "world": answer.get("world", ""),
-        "ceiling": answer.get("ceiling"),
-        "neighbours": answer.get("neighbours") or {},
-        "faulty": list(answer.get("faulty_trials") or {}),
+        "distance": answer.whitened_distance,
+        "world": answer.world,
+        "ceiling": answer.ceiling,
+        "neighbours": answer.neighbours,
+        "faulty": list(answer.faulty_trials),
     }
     row["clear"] = row["distance"] is None or row["distance"] >= WEAK[1]
-    if "error" in content:
-        return {**row, "verdict": "error", "error": content["error"]}
-    seconds = result / "seconds.txt"
+    if isinstance(said, Failed):
+        return {**row, "verdict": "error", "error": said.error}
+    claim = said.shrinkage.force
     return {
         **row,
-        **_explained(content, truth, row["neighbours"]),
-        "component_right": max(content["where"]["component"], key=content["where"]["component"].get)
+        **_explained(said, truth, answer.neighbours),
+        "component_right": max(said.where.component, key=said.where.component.__getitem__)
         in row["components"],
-        "shrinkage": content["shrinkage"]["force"],
-        "excluded": [e["trial"] for e in content["excluded_trials"]],
-        "seconds": float(read_text(seconds)) if seconds.exists() else None,
-        "rig_error": _rig_error(content, answer),
+        "shrinkage": None if claim is None else {"value": claim.value, "ci95": list(claim.ci95)},
+        "excluded": [e.trial for e in said.excluded_trials],
+        "seconds": _seconds(result / "seconds.txt"),
+        "rig_error": _rig_error(said, answer),
         **_held_out(data, read_model(result / "model.json")),
     }
 
@@ -72,24 +73,24 @@ def _kind(named: list[str], outside: bool, withheld: str) -> str:
     return {0: "none", 1: "single"}.get(len(named), "pair")
 
 
-def _explained(content: dict[str, Any], truth: list[str], neighbours: dict[str, float]) -> dict[str, Any]:
+def _explained(said: Said, truth: list[str], neighbours: dict[str, float]) -> dict[str, Any]:
     """Which explanations were given, and whether the truth is among them.
 
     One class with the truth: the diagnosis computed that these trials cannot separate the two, or, of an unknown cause,
     the harness did so before the diagnosis ran.
     """
-    ranked = [(sorted(e["effects"]), float(e["probability"])) for e in content["explanations"]]
+    ranked = [(sorted(e.effects), e.probability) for e in said.explanations]
     first, probability = ranked[0]
-    credible = [sorted(e) for e in content["credible_set"]]
-    twins = [sorted(pair["effects"]) for pair in content["indistinguishable"]]
+    credible = [sorted(e) for e in said.credible_set]
+    twins = [sorted(pair.effects) for pair in said.indistinguishable]
 
-    def one_class(said: list[str]) -> bool:
+    def one_class(named: list[str]) -> bool:
         if truth == UNKNOWN:
-            return len(said) == 1 and said[0] in neighbours
-        return sorted({*truth, *said}) in twins
+            return len(named) == 1 and named[0] in neighbours
+        return sorted({*truth, *named}) in twins
 
     return {
-        "verdict": content["verdict"],
+        "verdict": said.verdict,
         "first": first,
         "probability_first": probability,
         "probability_truth": next((p for e, p in ranked if e == truth), 0.0),
@@ -102,14 +103,21 @@ def _explained(content: dict[str, Any], truth: list[str], neighbours: dict[str, 
     }
 
 
-def _rig_error(content: dict[str, Any], answer: dict[str, Any]) -> dict[str, float]:
+def _rig_error(said: Said, answer: Answer) -> dict[str, float]:
     """Fitted less true constants of the rig in stated standard deviations."""
     errors = {}
     for name in COMPARABLE:
-        fitted = content["parameters"].get(name)
-        if fitted and fitted["std"] and name in (answer.get("rig") or {}):
-            errors[name] = (fitted["value"] - answer["rig"][name]) / fitted["std"]
+        fitted = said.parameters.get(name)
+        if fitted and fitted.std and fitted.value is not None and name in answer.rig:
+            errors[name] = (fitted.value - answer.rig[name]) / fitted.std
     return errors
+
+
+def _seconds(path: Path) -> float | None:
+    try:
+        return float(read_text(path)) if path.exists() else None
+    except ValueError:
+        return None
 
 
 def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
@@ -119,10 +127,7 @@ def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
     trials = read_conditions(data / "held_out_conditions.csv")
     v_e = np.array([t.contact_velocity for t in trials])
     f_p = np.array([t.pretension for t in trials])
-    truths = [
-        np.loadtxt(data / "held_out_traces" / f"{t.name}.csv", delimiter=",", skiprows=1, ndmin=2)
-        for t in trials
-    ]
+    truths = [_true_force(data / "held_out_traces" / f"{t.name}.csv") for t in trials]
     result: dict[str, Any] = {}
     for which in ("recalibrated", "corrected"):
         squares, count, peaks = 0.0, 0, []
@@ -135,3 +140,21 @@ def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
         result[f"peak_{which}"] = float(np.sqrt(np.mean(np.square(peaks))))
     result["ratio"] = result["rms_corrected"] / max(result["rms_recalibrated"], 1e-12)
     return result
+
+
+def _true_force(path: Path) -> np.ndarray:
+    """Time, s, and force, N, of a noise-free trace, shape (samples, 2)."""
+    try:
+        values = np.loadtxt(io.StringIO(read_text(path)), delimiter=",", skiprows=1, ndmin=2)
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"{path}: is not a table of numbers ({error}); draw the data set again") from None
+    if (
+        values.shape[0] < 2
+        or values.shape[1] != 2
+        or not np.isfinite(values).all()
+        or values[:, 1].max() <= 0
+    ):
+        raise InputError(f"{path}: must hold time_s and force_n of an impact; draw the data set again")
+    return values

@@ -4,11 +4,13 @@ import gzip
 import hashlib
 import json
 import time
+import zlib
 from pathlib import Path
 from typing import Any
 
+from acf_jax.blind.answer import ANSWER, DIAGNOSIS, Answer, check_answer, read_answer
 from acf_jax.errors import InputError
-from acf_jax.files import read_text, read_yaml_mapping, write_text
+from acf_jax.files import read_bytes, read_json_mapping, read_yaml_mapping, write_bytes, write_text
 
 ANSWERS, SEAL, OPENED = "answers.sealed", "seal.json", "opened.json"
 
@@ -22,9 +24,7 @@ def seal_answers(folder: Path, answers: dict[str, dict[str, Any]]) -> str:
         raise InputError(f"{folder}: no answers to seal; each data set needs an answer.yaml")
     content = gzip.compress(json.dumps(answers, sort_keys=True).encode(), mtime=0)
     digest = hashlib.sha256(content).hexdigest()
-    scratch = folder / f".{ANSWERS}"
-    scratch.write_bytes(content)
-    scratch.replace(folder / ANSWERS)
+    write_bytes(folder / ANSWERS, content)
     record = {"sha256": digest, "data_sets": len(answers), "sealed_at": time.time()}
     write_text(folder / SEAL, json.dumps(record, indent=1) + "\n")
     return digest
@@ -34,23 +34,34 @@ def seal_folder(folder: Path) -> str:
     """Seal the `answer.yaml` beside each data set of a folder, and remove them; returns the SHA-256."""
     if (folder / SEAL).exists():
         raise InputError(f"{folder / SEAL}: these answers are sealed already")
-    files = sorted(folder.glob("*/answer.yaml"))
-    digest = seal_answers(folder, {file.parent.name: read_answer(file) for file in files})
+    files = sorted(folder.glob(f"*/{ANSWER}"))
+    for file in files:
+        read_answer(file.parent)
+    _check_beside(folder, [p.parent.name for p in folder.glob("*/dataset.yaml")] if files else [])
+    digest = seal_answers(folder, {file.parent.name: read_yaml_mapping(file) for file in files})
     for file in files:
         file.unlink()
     return digest
 
 
-def read_answer(path: Path) -> dict[str, Any]:
-    """An `answer.yaml`; `InputError` where it does not name the effects."""
-    answer = read_yaml_mapping(path)
-    effects = answer.get("effects")
-    if not isinstance(effects, list) or not all(isinstance(name, str) for name in effects):
-        raise InputError(f"{path}: effects: must be a list of the causes' names, such as [sensor_lag], or []")
-    return answer
+def check_answers(folder: Path, names: list[str]) -> str | None:
+    """The hash of the sealed answers, None without a seal; `InputError` unless each data set has an answer.
+
+    No answer is opened: this is what can be known before the first diagnosis.
+    """
+    if not (folder / SEAL).exists():
+        _check_beside(folder, names)
+        return None
+    seal, _ = _read_seal(folder)
+    if seal["data_sets"] < len(names):
+        raise InputError(
+            f"{folder / SEAL}: {seal['data_sets']} answers are under the seal, but there are {len(names)} data sets;"
+            " remove those that came later"
+        )
+    return str(seal["sha256"])
 
 
-def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, dict[str, Any]]:
+def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, Answer]:
     """The answers of a folder: from under its seal, or from the `answer.yaml` of each data set.
 
     Opening verifies the hash, and that every diagnosis in `results` was made after the sealing. It is recorded with the
@@ -60,20 +71,19 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, dic
         InputError: where the seal is broken, or a diagnosis is not the one that the opening saw.
     """
     if not (folder / SEAL).exists():
-        return {name: read_answer(folder / name / "answer.yaml") for name in names}
-    seal = json.loads(read_text(folder / SEAL))
-    content = (folder / ANSWERS).read_bytes()
-    if hashlib.sha256(content).hexdigest() != seal["sha256"]:
-        raise InputError(f"{folder / ANSWERS}: does not match the hash in {SEAL}: the answers were changed")
+        return {name: read_answer(folder / name) for name in names}
+    seal, content = _read_seal(folder)
     hashes = {}
     for name in names:
-        file = results / name / "diagnosis.json"
+        file = results / name / DIAGNOSIS
         if file.stat().st_mtime < seal["sealed_at"]:
             raise InputError(f"{file}: is older than the seal; diagnose this data set again")
-        hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
+        hashes[name] = hashlib.sha256(read_bytes(file)).hexdigest()
     record = results / OPENED
     if record.exists():
-        before = json.loads(read_text(record))["diagnoses"]
+        before = read_json_mapping(record, "name another --out").get("diagnoses")
+        if not isinstance(before, dict):
+            raise InputError(f"{record}: does not list the diagnoses; name another --out")
         if changed := [name for name, digest in hashes.items() if before.get(name) != digest]:
             raise InputError(
                 f"{record}: the answers were opened before {', '.join(changed)} was diagnosed;"
@@ -81,5 +91,36 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, dic
             )
     else:
         write_text(record, json.dumps({"opened_at": time.time(), "diagnoses": hashes}, indent=1) + "\n")
-    answers: dict[str, dict[str, Any]] = json.loads(gzip.decompress(content))
-    return answers
+    return _unpack(folder / ANSWERS, content, names)
+
+
+def _read_seal(folder: Path) -> tuple[dict[str, Any], bytes]:
+    """The record of the sealing, and the answers still packed, which match its hash."""
+    path, remedy = folder / SEAL, "the answers can no longer be trusted; make and seal them again"
+    seal = read_json_mapping(path, remedy)
+    wanted = {"sha256": str, "data_sets": int, "sealed_at": float}
+    if wrong := [name for name, kind in wanted.items() if not isinstance(seal.get(name), kind)]:
+        raise InputError(f"{path}: {', '.join(wrong)} is missing or wrong; {remedy}")
+    content = read_bytes(folder / ANSWERS)
+    if hashlib.sha256(content).hexdigest() != seal["sha256"]:
+        raise InputError(
+            f"{folder / ANSWERS}: does not match the hash in {SEAL}: the answers were changed; {remedy}"
+        )
+    return seal, content
+
+
+def _unpack(path: Path, content: bytes, names: list[str]) -> dict[str, Answer]:
+    try:
+        answers = json.loads(gzip.decompress(content))
+    except (OSError, EOFError, zlib.error, ValueError, RecursionError) as error:
+        raise InputError(f"{path}: cannot be unpacked ({error}); make and seal the answers again") from None
+    if not isinstance(answers, dict) or (missing := [name for name in names if name not in answers]):
+        which = f"for {', '.join(missing)}" if isinstance(answers, dict) else "at all"
+        raise InputError(f"{path}: holds no answer {which}; remove data sets that came after the sealing")
+    return {name: check_answer(f"{path} {name}", answers[name]) for name in names}
+
+
+def _check_beside(folder: Path, names: list[str]) -> None:
+    missing = [folder / name / ANSWER for name in sorted(names) if not (folder / name / ANSWER).is_file()]
+    if missing:
+        raise InputError([f"{file}: no such file; write effects: [...] in it" for file in missing])

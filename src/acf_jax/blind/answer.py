@@ -1,0 +1,129 @@
+"""What is read back in a blind run: answers and diagnoses, checked before they are scored."""
+
+import json
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+
+from acf_jax.errors import InputError
+from acf_jax.files import read_json_mapping, read_yaml_mapping
+
+ANSWER, DIAGNOSIS = "answer.yaml", "diagnosis.json"
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+Form = TypeVar("Form", bound=_Part)
+
+
+class Answer(_Part):
+    """The cause of one data set; everything but `effects` may be left out."""
+
+    effects: tuple[str, ...]
+    components: tuple[str, ...] = ()
+    outside_library: bool = False
+    withheld: str = ""
+    world: str = ""
+    whitened_distance: FiniteFloat | None = None
+    ceiling: FiniteFloat | None = None
+    neighbours: dict[str, FiniteFloat] = {}
+    rig: dict[str, FiniteFloat] = {}
+    faulty_trials: dict[str, Any] = {}
+
+
+class Explanation(_Part):
+    """What a diagnosis names, and how sure it is."""
+
+    effects: tuple[str, ...]
+    probability: float = Field(ge=0, le=1)
+
+
+class Class(_Part):
+    """What trials could not separate."""
+
+    effects: tuple[str, ...]
+
+
+class Where(_Part):
+    """Probability that a cause acts at each component."""
+
+    component: dict[str, FiniteFloat] = Field(min_length=1)
+
+
+class Claim(_Part):
+    """A claimed shrinkage with its 95 % interval."""
+
+    value: FiniteFloat
+    ci95: tuple[FiniteFloat, FiniteFloat]
+
+
+class Shrinkage(_Part):
+    """Of the force; null where there is none."""
+
+    force: Claim | None
+
+
+class Parameter(_Part):
+    """A fitted parameter."""
+
+    value: FiniteFloat | None
+    std: FiniteFloat | None
+
+
+class Excluded(_Part):
+    """A trial that was not used."""
+
+    trial: str
+
+
+class Said(_Part):
+    """What a score reads of a diagnosis.json."""
+
+    verdict: str
+    explanations: tuple[Explanation, ...] = Field(min_length=1)
+    credible_set: tuple[tuple[str, ...], ...]
+    indistinguishable: tuple[Class, ...]
+    where: Where
+    shrinkage: Shrinkage
+    parameters: dict[str, Parameter]
+    excluded_trials: tuple[Excluded, ...]
+
+
+class Failed(_Part):
+    """A data set that could not be diagnosed is a result as well."""
+
+    error: str
+
+
+def read_answer(folder: Path) -> Answer:
+    """The answer beside a data set."""
+    path = folder / ANSWER
+    return check_answer(path, read_yaml_mapping(path))
+
+
+def check_answer(where: Path | str, content: Any) -> Answer:
+    """An answer from its keys; `InputError` names those that are wrong."""
+    return _checked(Answer, where, content, "write effects: [...], with components: [...] for an unknown one")
+
+
+def read_said(result: Path) -> Said | Failed:
+    """What was said of a data set; `InputError` where the file is damaged."""
+    path, remedy = result / DIAGNOSIS, "remove its folder, and diagnose again"
+    content = read_json_mapping(path, remedy)
+    if "error" in content:
+        return _checked(Failed, path, content, remedy)
+    return _checked(Said, path, content, remedy)
+
+
+def _checked(form: type[Form], where: Path | str, content: Any, remedy: str) -> Form:
+    try:
+        # From JSON's types, so that a list stands for a tuple and true for no number.
+        return form.model_validate_json(json.dumps(content, default=str, skipkeys=True), strict=True)
+    except ValidationError as error:
+        faults = [
+            f"{where}: {'.'.join(map(str, e['loc']))}: {e['msg'].lower()}; {remedy}" for e in error.errors()
+        ]
+        raise InputError(faults) from None
