@@ -10,6 +10,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,8 @@ import numpy as np
 import optax
 
 import acf_jax
-from acf_jax.errors import InputError
+from acf_jax.cli._ending import end_well, resumable
+from acf_jax.cli._json import echo_json
 from acf_jax.files import write_text
 from acf_jax.surrogate import Surrogate, load_surrogate, save_surrogate
 from acf_jax.surrogate.box import UNITS, Box
@@ -41,27 +43,33 @@ class Diverged(RuntimeError):
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Train as the configuration says; exit code 2 for faults of the input, 1 for a loss that diverges."""
-    parser = argparse.ArgumentParser(prog="python -m train.fit", description=__doc__.split("\n")[0])
+    """Train as the configuration says; the exit code is 1 for a loss that diverges, else as every command's."""
+    about = __doc__.split("\n")[0]
+    parser = argparse.ArgumentParser(prog="python -m train.fit", description=about, allow_abbrev=False)
     parser.add_argument("--config", type=Path, required=True, help="YAML file, such as configs/table1.yaml")
     parser.add_argument("--resume", action="store_true", help="go on from the run's last checkpoint")
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key: optimiser.steps=1000"
     )
+    parser.add_argument("--json", action="store_true", help="print JSON: metrics.json")
+    parser.add_argument("--version", action="version", version=f"%(prog)s, version {acf_jax.__version__}")
     arguments = parser.parse_args(argv)
     jax.config.update("jax_enable_x64", True)  # labels are float64, whatever the network's precision
-    try:
-        run(read_config(arguments.config, tuple(arguments.set)), arguments.resume)
-    except InputError as error:
-        print("\n".join(f"error: {fault}" for fault in error.faults), file=sys.stderr)
-        return 2
-    except Diverged as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("\nstopped; --resume goes on from the last checkpoint", file=sys.stderr)
-        return 130
-    return 0
+
+    def work() -> int:
+        config = read_config(arguments.config, tuple(arguments.set))
+        words = redirect_stdout(sys.stderr) if arguments.json else nullcontext()
+        try:
+            with resumable("--resume goes on from the last checkpoint"), words:
+                metrics = run(config, arguments.resume)
+        except Diverged as error:
+            print(f"error: {error}", file=sys.stderr)
+            return 1
+        if arguments.json:
+            echo_json(metrics)
+        return 0
+
+    return end_well(work)
 
 
 def run(config: Config, resume: bool = False) -> dict[str, Any]:

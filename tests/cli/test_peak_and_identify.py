@@ -107,8 +107,3 @@ def test_identify_lists_all_faults_at_once(run, tmp_path):
     faults = "\n".join(caught.value.faults)
     for part in ("row 2", "not a number", "row 3", "row 4", "must be positive"):
         assert part in faults
-
-
-@pytest.mark.parametrize("name", ["peak", "identify"])
-def test_help_has_examples(run, name):
-    assert "python -m acf_jax " + name in run(name, "--help")

@@ -93,6 +93,7 @@ def document(answer: "Answer", checker: "Checker", limits: "Limits") -> dict[str
     a, s = answer, answer.situation
     return {
         "schema": "acf-check/1",
+        "situation": s.name or None,
         "verdict": a.verdict,
         "pressure_verdict": pressure_verdict(a) if a.force_limit is not None else "not allowed",
         "reasons": list(a.reasons),

@@ -1,15 +1,12 @@
 """`python -m acf_jax blind`: check the diagnosis on data whose cause is withheld."""
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-if TYPE_CHECKING:
-    from acf_jax.blind.campaign import Report
+from acf_jax.cli._ending import resumable
+from acf_jax.cli._json import echo_json
+from acf_jax.cli._progress import counts
 
 EXAMPLES = """
 \b
@@ -21,6 +18,8 @@ Examples:
 WORKERS = click.option(
     "--workers", default=2, show_default=True, type=click.IntRange(min=1), help="Processes that diagnose."
 )
+SCORE_AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON: score.json.")
+GOES_ON = "the same command goes on where it was"
 
 
 @click.group(epilog=EXAMPLES, invoke_without_command=True)
@@ -38,9 +37,16 @@ WORKERS = click.option(
     help="Engines that take turns.",
 )
 @WORKERS
+@SCORE_AS_JSON
 @click.pass_context
 def command(
-    context: click.Context, out: Path | None, seed: int, cases: int, worlds: tuple[str, ...], workers: int
+    context: click.Context,
+    out: Path | None,
+    seed: int,
+    cases: int,
+    worlds: tuple[str, ...],
+    workers: int,
+    as_json: bool,
 ) -> None:
     """Check the diagnosis on data sets whose cause is withheld.
 
@@ -56,47 +62,56 @@ def command(
     from acf_jax.blind.campaign import make
 
     sets = out / "sets"
-    with _progress() as report:
-        make(sets, seed, cases, worlds, workers, report)
-    _score(sets, out / "results", workers)
+    with resumable(GOES_ON):
+        with counts() as report:
+            make(sets, seed, cases, worlds, workers, report)
+        _score(sets, out / "results", workers, as_json)
 
 
 @command.command(epilog="Example: python -m acf_jax blind seal my_sets")
 @click.argument("folder", type=click.Path(path_type=Path))
-def seal(folder: Path) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: the hash.")
+def seal(folder: Path, as_json: bool) -> None:
     """Seal the answer.yaml beside each data set of FOLDER, before anyone diagnoses them."""
     from acf_jax.blind.seal import seal_folder
 
-    click.echo(f"sealed, SHA-256 {seal_folder(folder)}")
+    digest = seal_folder(folder)
+    if as_json:
+        echo_json({"sha256": digest})
+    else:
+        click.echo(f"sealed, SHA-256 {digest}")
 
 
 @command.command(epilog="Example: python -m acf_jax blind score my_sets --out my_score")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for diagnoses and score.")
 @WORKERS
-def score(folder: Path, out: Path, workers: int) -> None:
+@SCORE_AS_JSON
+def score(folder: Path, out: Path, workers: int, as_json: bool) -> None:
     """Diagnose every data set of FOLDER that has no diagnosis in OUT yet, then open the answers and score.
 
     The answers are those under the seal of FOLDER, or an answer.yaml beside each data set: `effects: [...]`, and
     `components: [...]` where the cause lies outside the library.
     """
-    _score(folder, out, workers)
+    with resumable(GOES_ON):
+        _score(folder, out, workers, as_json)
 
 
-def _score(folder: Path, results: Path, workers: int) -> None:
+def _score(folder: Path, results: Path, workers: int, as_json: bool) -> None:
     import json
 
-    from acf_jax.blind.campaign import diagnose_all
+    from acf_jax.blind.campaign import data_sets, diagnose_all
     from acf_jax.blind.page import score_page
-    from acf_jax.blind.seal import SEAL, open_answers
+    from acf_jax.blind.seal import check_answers, open_answers
     from acf_jax.blind.summary import summarise
     from acf_jax.blind.table import lines
-    from acf_jax.files import read_text, write_text
+    from acf_jax.files import write_text
     from acf_jax.start import start_jax
 
-    if (folder / SEAL).exists():
-        click.echo(f"answers sealed, SHA-256 {json.loads(read_text(folder / SEAL))['sha256']}")
-    with _progress() as report:
+    digest = check_answers(folder, data_sets(folder))
+    if digest and not as_json:
+        click.echo(f"answers sealed, SHA-256 {digest}")
+    with counts() as report:
         names = diagnose_all(folder, results, workers, report)
     answers = open_answers(folder, results, names)
     start_jax()
@@ -104,29 +119,13 @@ def _score(folder: Path, results: Path, workers: int) -> None:
 
     rows = [score_one(folder / name, results / name, answers[name]) for name in names]
     summary = summarise(rows)
-    write_text(results / "score.json", json.dumps({"score": summary, "rows": rows}, indent=1) + "\n")
+    content = {"score": summary, "rows": rows}
+    write_text(results / "score.json", json.dumps(content, indent=1) + "\n")
     text = lines(rows, summary)
     write_text(results / "score.txt", text)
     write_text(results / "score.html", score_page(folder.name, rows, summary))
+    if as_json:
+        echo_json(content)
+        return
     click.echo(text)
     click.echo(f"{results / 'score.html'}: open it in a browser")
-
-
-@contextmanager
-def _progress() -> Iterator["Report"]:
-    """A bar for each stage on a terminal; nothing in a pipe."""
-    if not sys.stderr.isatty():
-        yield lambda stage, done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress, TaskID
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        tasks: dict[str, TaskID] = {}
-
-        def report(stage: str, done: int, total: int) -> None:
-            if stage not in tasks:
-                tasks[stage] = bar.add_task(stage, total=total)
-            bar.update(tasks[stage], completed=done)
-
-        yield report

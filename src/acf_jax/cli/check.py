@@ -1,13 +1,14 @@
 """`python -m acf_jax check`: whether a contact with a person stays within the limits of ISO/TS 15066."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 import click
 
+from acf_jax.cli._json import echo_json
 from acf_jax.cli._model import HELP, ModelFile
+from acf_jax.cli._progress import counted
 from acf_jax.errors import InputError
 
 EXAMPLES = """
@@ -99,8 +100,8 @@ def command(
             for name, x in one.items()
             if x is not None
         ]
-        if out is None:
-            faults.append("--out is missing; name a CSV file for the verdicts")
+        if out is None and not as_json:
+            faults.append("--out is missing; name a CSV file for the verdicts, or give --json")
         if limits is not None:
             try:
                 asked = read_situations(situations, limits)
@@ -132,18 +133,20 @@ def command(
     from acf_jax.surrogate import load_surrogate
 
     checker = Checker(file.load(), None if exact else load_surrogate(), confidence)
-    answers = [checker(s) for s in asked]
+    answers = [checker(situation) for situation in counted(asked, "situations")]
     if out is not None and situations is not None:
         from acf_jax.files import write_text
 
         write_text(out, words.table(situations, answers))
+    if as_json:
+        documents = [words.document(a, checker, limits) for a in answers]
+        echo_json(documents[0] if situations is None else {"situations": documents})
+    elif out is not None:
         click.echo(words.summary(out, answers, limits))
-    elif as_json:
-        click.echo(json.dumps(words.document(answers[0], checker, limits), indent=2))
     else:
         click.echo(words.text(answers[0], checker, limits))
     if any(a.verdict != "allowed" for a in answers):
-        raise SystemExit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _number_faults(

@@ -1,12 +1,13 @@
 """`python -m acf_jax design`: the pretension, and what else is free, that is best within a force limit."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from acf_jax.cli._json import echo_json
 from acf_jax.cli._model import ModelFile
+from acf_jax.cli._progress import stages
 from acf_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -54,17 +55,23 @@ def _answer(config: "Config", model: "ContactModel", where: Path, plot: Path | N
         raise InputError(faults)
     fixed = {name: value for name in ("v_e", "f_p") if isinstance(value := getattr(config, name), float)}
     task = make_task(model, ranges, fixed, config.goal, config.limit, config.probability)
-    found = design(task, config.starts, config.draws, config.seed)
+    with stages() as progress:
+        progress("searching the ranges")
+        found = design(task, config.starts, config.draws, config.seed)
     if isinstance(found, Infeasible):
-        click.echo(
-            json.dumps(words.infeasible_document(found), indent=2) if as_json else words.explanation(found)
-        )
-        raise SystemExit(1)
+        if as_json:
+            echo_json(words.infeasible_document(found))
+        else:
+            click.echo(words.explanation(found))
+        raise click.exceptions.Exit(1)
     if plot is not None:
         from acf_jax.cli._design_plot import write_design_plot
 
         write_design_plot(plot, found)
-    click.echo(json.dumps(words.document(found), indent=2) if as_json else words.text(found))
+    if as_json:
+        echo_json(words.document(found))
+    else:
+        click.echo(words.text(found))
 
 
 def _read(path: Path, faults: list[str]) -> tuple["Config", ModelFile]:

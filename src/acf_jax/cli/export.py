@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from acf_jax.cli._json import echo_json
 from acf_jax.errors import InputError
 
 EXAMPLES = """
@@ -11,13 +12,15 @@ EXAMPLES = """
 Examples:
   python -m acf_jax export --c acf_peak.h
 """
+FUNCTION = "acf_find_peak(m, d, k_f, k_c, v_e, f_p)"
 
 
 @click.command(epilog=EXAMPLES)
 @click.option(
     "--c", "header", type=click.Path(path_type=Path), help="Write a C99 header with the exact peak force."
 )
-def command(header: Path | None) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: what was written.")
+def command(header: Path | None, as_json: bool) -> None:
     """Write the exact peak force as C: one header, double precision, no dependency but math.h."""
     if header is None:
         raise InputError("--c is missing; name the header to write, such as --c acf_peak.h")
@@ -30,4 +33,7 @@ def command(header: Path | None) -> None:
     from acf_jax.files import write_text
 
     write_text(header, peak_header())
-    click.echo(f"{header}: acf_find_peak(m, d, k_f, k_c, v_e, f_p), C99")
+    if as_json:
+        echo_json({"written": str(header), "function": FUNCTION, "standard": "C99"})
+    else:
+        click.echo(f"{header}: {FUNCTION}, C99")

@@ -1,12 +1,12 @@
 """`python -m acf_jax identify`: what a table of measured peak forces says about the rig."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 import click
 
+from acf_jax.cli._json import echo_json
 from acf_jax.cli._rig import read_rig
 from acf_jax.errors import InputError
 
@@ -67,7 +67,7 @@ def command(table: Path, rig_file: Path | None, as_json: bool) -> None:
         before[str(rig_file)] = library.relative_error(np.asarray(predicted.f_max), f_max)
 
     if as_json:
-        click.echo(json.dumps(_finite(_document(found, information, before)), indent=2))
+        echo_json(_document(found, information, before))
     else:
         click.echo(_text(found, information, before))
 
@@ -108,15 +108,6 @@ def _document(found: Any, information: Any, before: dict[str, float]) -> dict[st
             "combinations_known_within_10_percent": information.rank,
         },
     }
-
-
-def _finite(value: Any) -> Any:
-    """JSON has no infinity: null stands for a number the data do not hold."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _percent(value: float | None) -> str:

@@ -2,13 +2,17 @@
 
 import importlib
 import keyword
+import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from acf_jax import __version__
-from acf_jax.errors import InputError
+from acf_jax.cli._ending import end_well
+
+COMPLETE = "_ACF_JAX_COMPLETE"  # click's variable for shell completion
 
 
 class CommandFolder(click.Group):
@@ -34,11 +38,13 @@ def commands() -> None:
     """Peak contact force of an active contact flange: model, surrogate and gap diagnosis."""
 
 
-def main() -> None:
-    """Run the command line; faults of the user's input end with exit code 2."""
-    try:
-        commands(prog_name="python -m acf_jax")
-    except InputError as error:
-        for fault in error.faults:
-            print(f"error: {fault}", file=sys.stderr)
-        sys.exit(2)
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and end with its exit code."""
+    # A shell completes the installed program by its name; every other text names what works without installing.
+    name = "acf-jax" if COMPLETE in os.environ else "python -m acf_jax"
+
+    def work() -> int | None:
+        code: int | None = commands.main(arguments, name, COMPLETE, standalone_mode=False)
+        return code
+
+    sys.exit(end_well(work))

@@ -1,11 +1,11 @@
 """`python -m acf_jax peak`: peak force and its time, for one rig and one or several contact velocities."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
 
+from acf_jax.cli._json import echo_json
 from acf_jax.cli._rig import collect_rig, option, sign_fault
 from acf_jax.errors import InputError
 
@@ -56,7 +56,7 @@ def command(
 
         write_force_plot(plot, rig_values, rows, float(f_p or 0))
     if as_json:
-        click.echo(json.dumps({"rig": rig_values, "f_p": f_p, "peaks": rows}, indent=2))
+        echo_json({"rig": rig_values, "f_p": f_p, "peaks": rows})
         return
     click.echo("contact velocity    peak force       after")
     for row in rows:

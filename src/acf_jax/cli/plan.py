@@ -1,9 +1,11 @@
 """`python -m acf_jax plan`: which effects a proposed set of trials could detect and tell apart."""
 
-import json
 from pathlib import Path
 
 import click
+
+from acf_jax.cli._json import echo_json
+from acf_jax.cli._progress import stages
 
 EXAMPLES = """
 \b
@@ -62,7 +64,9 @@ def command(
     from acf_jax.effects import library
 
     noise_std = noise or measurement.force_noise_std_n or 1.0
-    rows = plan(rig, measurement, trials, sample_rate, noise_std)
+    with stages() as progress:
+        progress("fitting every effect to trials without it")
+        rows = plan(rig, measurement, trials, sample_rate, noise_std)
     if as_json:
         content = [
             {
@@ -74,9 +78,7 @@ def command(
             }
             for r in rows
         ]
-        click.echo(
-            json.dumps({"sample_rate_hz": sample_rate, "noise_n": noise_std, "effects": content}, indent=1)
-        )
+        echo_json({"sample_rate_hz": sample_rate, "noise_n": noise_std, "effects": content})
         return
     click.echo(
         f"{len(trials)} trials, {sample_rate:g} Hz, noise {noise_std:g} N: smallest size that would be detected"

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import click
 
+from acf_jax.cli._json import echo_json
+from acf_jax.cli._progress import stages
+
 EXAMPLES = """
 \b
 Examples:
@@ -42,7 +45,10 @@ COLUMNS = (
     help="The paper's model at its prior values, refitted, or with the effects found.",
 )
 @click.option("--sample-rate", type=float, help="Of the traces, Hz; the data set's by default.")
-def command(diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample_rate: float | None) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: the rows of predictions.csv.")
+def command(
+    diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample_rate: float | None, as_json: bool
+) -> None:
     """Predict impacts with the model that `diagnose` left in DIAGNOSIS_DIR.
 
     Writes OUT/predictions.csv and OUT/traces/<trial>.csv.
@@ -75,7 +81,9 @@ def command(diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample
     model = read_model(diagnosis_dir / "model.json")
     v_e = np.array([t.contact_velocity for t in trials])
     f_p = np.array([t.pretension for t in trials])
-    predictions = predict(model, v_e, f_p, which, sample_rate)  # type: ignore[arg-type]
+    with stages() as progress:
+        progress(f"simulating {len(trials)} impacts")
+        predictions = predict(model, v_e, f_p, which, sample_rate)  # type: ignore[arg-type]
     rows = [
         (
             t.name,
@@ -99,7 +107,10 @@ def command(diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample
                 folder / "traces" / f"{trial.name}.csv",
                 _table(("time_s", "force_n", "contact_force_n"), samples),
             )
-    click.echo(f"{out / 'predictions.csv'}: {len(trials)} impacts by the {which} model")
+    if as_json:
+        echo_json({"model": which, "predictions": [_numbers(row) for row in rows]})
+    else:
+        click.echo(f"{out / 'predictions.csv'}: {len(trials)} impacts by the {which} model")
     _warn_beyond(v_e, model.v_range, "contact velocities", "m/s")
     _warn_beyond(f_p, model.f_p_range, "pretensions", "N")
 
@@ -110,6 +121,11 @@ def _warn_beyond(values, tried: tuple[float, float], what: str, unit: str) -> No
             f"note: some {what} lie far beyond the tried {tried[0]:g} to {tried[1]:g} {unit}: the model extrapolates",
             err=True,
         )
+
+
+def _numbers(row: tuple) -> dict[str, str | float]:  # type: ignore[type-arg]
+    name, *values = row
+    return {COLUMNS[0]: name} | {key: float(x) for key, x in zip(COLUMNS[1:], values, strict=True)}
 
 
 def _number(value: float) -> str:

@@ -1,13 +1,14 @@
 """`python -m acf_jax speed`: the highest contact velocity for a force limit, the paper's inverse."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 import click
 
+from acf_jax.cli._json import echo_json
 from acf_jax.cli._model import HELP, ModelFile
+from acf_jax.cli._progress import counted
 from acf_jax.errors import InputError
 
 EXAMPLES = """
@@ -61,7 +62,7 @@ def command(
     model = file.load()
     rows: list[dict[str, Any]] = []
     notes: list[str] = []
-    for force in limit:
+    for force in counted(limit, "limits"):
         task = make_task(model, {"v_e": (0.0, up_to)}, {"f_p": f_p}, "fastest", force, probability)
         found = design(task)
         row: dict[str, Any] = {"limit_n": force, "v_e": None, "expected_force_n": None, "v_e_per_n": None}
@@ -85,7 +86,7 @@ def command(
             "speeds": rows,
             "notes": notes,
         }
-        click.echo(json.dumps(content, indent=2))
+        echo_json(content)
         return
     click.echo("       limit    highest velocity    expected force    one newton more")
     for row in rows:

@@ -1,0 +1,54 @@
+"""How every command ends: one exit code, and one message in place of a traceback.
+
+0: done. 1: done, and the answer is no (a contact not allowed, nothing feasible, a training that diverged). 2: a fault
+of the options, of the input or of a file that cannot be written. 130: stopped by Ctrl-C.
+"""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import click
+
+from acf_jax.errors import InputError
+
+FAULT, STOPPED = 2, 130
+NOTHING_LEFT = "nothing is left half-written"
+
+
+@contextmanager
+def resumable(how: str) -> Iterator[None]:
+    """Work that goes on where Ctrl-C stopped it; `how` says by which command."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(how) from None
+
+
+def end_well(work: Callable[[], int | None]) -> int:
+    """The exit code of `work`, after one message on standard error where it did not end by itself."""
+    try:
+        return work() or 0
+    except InputError as error:
+        return _say(FAULT, *(f"error: {fault}" for fault in error.faults))
+    except click.exceptions.NoArgsIsHelpError as error:
+        return _say(FAULT, error.format_message())
+    except click.ClickException as error:
+        return _say(FAULT, f"error: {error.format_message()}", *_usage(error))
+    except click.Abort as abort:  # click's name for Ctrl-C
+        return _say(STOPPED, f"stopped; {str(abort.__cause__ or '') or NOTHING_LEFT}")
+    except KeyboardInterrupt as stop:
+        return _say(STOPPED, f"\nstopped; {str(stop) or NOTHING_LEFT}")
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _say(FAULT, f"error: {where}{error.strerror or error}; check path, permissions and disk")
+
+
+def _usage(error: click.ClickException) -> list[str]:
+    context = getattr(error, "ctx", None)
+    return [f"{context.command_path} --help tells how it is used"] if context else []
+
+
+def _say(code: int, *lines: str) -> int:
+    print("\n".join(lines), file=sys.stderr)
+    return code

@@ -1,0 +1,155 @@
+"""What holds for every command that the command line finds, and for `python -m train.fit`."""
+
+import json
+import shutil
+from pathlib import Path
+
+import click
+import pytest
+
+from acf_jax.cli.main import commands, main
+from acf_jax.diagnosis.model_file import write_model
+from tests.corrected import gap_model
+from tests.few import few_explanations
+
+ROOT = Path(__file__).resolve().parents[2]
+RIG = ROOT / "configs/table1_rig.yaml"
+
+
+def leaves(command: click.Command, *path: str) -> dict[tuple[str, ...], click.Command]:
+    """Every command and subcommand by the words that call it."""
+    found = {path: command} if path else {}
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for name in command.list_commands(context):
+            found |= leaves(command.get_command(context, name), *path, name)
+    return found
+
+
+COMMANDS = leaves(commands)
+EVERY = pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+
+# Arguments with which each command answers quickly; a new command needs a line. FOLDER is the test's own.
+ANSWERS = {
+    "peak": ["--rig", RIG, "--f-p", 100, "--v-e", 0.2],
+    "identify": [ROOT / "configs/table1.csv"],
+    "speed": ["--model", RIG, "--f-p", 100, "--limit", 250],
+    "design": ["--config", ROOT / "configs/design.yaml"],
+    "check": ["--model", RIG, "--situations", ROOT / "configs/situations.csv"],
+    "plan": [
+        ROOT / "examples/rig/dataset.yaml",
+        "--conditions",
+        ROOT / "examples/rig/held_out_conditions.csv",
+    ],
+    "diagnose": [ROOT / "examples/rig", "--out", "FOLDER/out"],
+    "predict": [
+        "FOLDER/model",
+        "--conditions",
+        ROOT / "configs/conditions_example.csv",
+        "--out",
+        "FOLDER/out",
+    ],
+    "export": ["--c", "FOLDER/acf_peak.h"],
+    "blind seal": ["FOLDER/sets"],
+    "blind score": ["FOLDER/sets", "--out", "FOLDER/out", "--workers", 1],
+    "blind": ["--out", "FOLDER/out", "--cases", 4, "--world", "scipy"],
+}
+
+
+@pytest.fixture
+def end(monkeypatch, capsys):
+    """Exit code, standard output and standard error of a command line."""
+    monkeypatch.setattr("acf_jax.start.start_jax", lambda: None)  # tests set JAX themselves
+
+    def ending(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as caught:
+            main([str(a) for a in arguments])
+        return caught.value.code, *capsys.readouterr()
+
+    return ending
+
+
+def is_one_message(text: str) -> bool:
+    lines = text.splitlines()
+    told = lines and all(
+        line.startswith("error: ") or line.endswith("tells how it is used") for line in lines
+    )
+    return bool(told) and "Traceback" not in text
+
+
+@EVERY
+def test_help_tells_arguments_and_examples(path, end):
+    code, text, error = end(*path, "--help")
+    assert code == 0 and not error
+    assert text.startswith("Usage: python -m acf_jax ") and f"python -m acf_jax {path[0]} " in text
+    assert "--json" in text
+
+
+@EVERY
+def test_an_unknown_option_is_a_fault(path, end):
+    code, text, error = end(*path, "--jsom")
+    assert code == 2 and not text
+    assert is_one_message(error) and "--jsom" in error and "--help tells" in error
+
+
+@EVERY
+def test_files_that_do_not_exist_are_one_message(path, end, tmp_path):
+    given = []
+    for parameter in COMMANDS[path].params:
+        if isinstance(parameter, click.Argument):
+            given.append(tmp_path / "none")
+        elif isinstance(parameter.type, click.Path) and "--out" not in parameter.opts:
+            given += [parameter.opts[0], tmp_path / "none"]
+        elif parameter.required:
+            given += [parameter.opts[0], tmp_path / "out" if "--out" in parameter.opts else 1]
+    code, text, error = end(*path, *given)
+    assert code == 2 and not text
+    assert is_one_message(error)
+    assert not list(tmp_path.iterdir())
+
+
+@EVERY
+def test_ctrl_c_leaves_nothing_half_written(path, end, monkeypatch, tmp_path):
+    def stop() -> None:
+        raise KeyboardInterrupt
+
+    arguments = prepared(path, tmp_path)
+    before = files(tmp_path)
+    monkeypatch.setattr("acf_jax.start.start_jax", stop)
+    monkeypatch.setattr(
+        "acf_jax.files.os.replace", lambda *names: stop()
+    )  # the last moment of a command without JAX
+    monkeypatch.setattr("acf_jax.blind.campaign._all", lambda *rest: stop())
+    code, text, error = end(*path, *arguments)
+    assert code == 130 and not text
+    assert error.startswith("\nstopped; ") and len(error.splitlines()) == 2
+    assert ("goes on" in error) == (path in (("blind",), ("blind", "score")))
+    assert files(tmp_path) == before
+
+
+@EVERY
+def test_json_and_nothing_else_on_standard_output(path, end, monkeypatch, tmp_path):
+    if path == ("blind",):
+        return  # tests/blind/test_run.py
+    arguments = prepared(path, tmp_path)
+    monkeypatch.setattr("acf_jax.blind.campaign._all", lambda _, work, todo, *rest: list(map(work, todo)))
+    with few_explanations(("gravity", "end_stop"), ()):
+        code, text, error = end(*path, *arguments)
+    assert code in (0, 1), error
+    json.loads(text, parse_constant=pytest.fail)
+
+
+def prepared(path: tuple[str, ...], folder: Path) -> list[str]:
+    """The arguments of a command whose files are there."""
+    arguments = ANSWERS[" ".join(path)]
+    if path[-1] == "predict":
+        (folder / "model").mkdir()
+        (folder / "model/model.json").write_text(write_model(gap_model()))
+    if path[0] == "blind" and path[1:]:
+        shutil.copytree(ROOT / "examples/rig", folder / "sets/rig")
+        shutil.copy(ROOT / "examples/rig_answer.yaml", folder / "sets/rig/answer.yaml")
+    return ["--json", *(str(a).replace("FOLDER", str(folder)) for a in arguments)]
+
+
+def files(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.rglob("*") if file.is_file())
