@@ -104,7 +104,7 @@ def diagnose_all(folder: Path, results: Path, workers: int, report: Report) -> l
         from acf_jax.effects import library
 
         withheld = read_json_mapping(folder / WITHHELD, "draw the run again")
-        if strange := [name for name in withheld.values() if name not in library()]:
+        if strange := [name for name in withheld.values() if name not in list(library())]:
             raise InputError(f"{folder / WITHHELD}: {shown(strange[0])} is no effect; draw the run again")
     todo = [
         (folder / name, results / name, withheld.get(name, ""))

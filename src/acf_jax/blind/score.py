@@ -1,6 +1,5 @@
 """One data set: what was said of it against what was true, and how the corrected model does on unseen conditions."""
 
-import io
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import numpy as np
 from acf_jax.blind.answer import Answer, Failed, Said, read_said
 from acf_jax.blind.plan import WEAK
 from acf_jax.dataset import read_conditions
+from acf_jax.dataset.table import read_table
 from acf_jax.diagnosis.model_file import GapModel, read_model
 from acf_jax.diagnosis.predict import predict
 from acf_jax.effects import library
@@ -144,17 +144,16 @@ def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
 
 def _true_force(path: Path) -> np.ndarray:
     """Time, s, and force, N, of a noise-free trace, shape (samples, 2)."""
-    try:
-        values = np.loadtxt(io.StringIO(read_text(path)), delimiter=",", skiprows=1, ndmin=2)
-    except InputError:
-        raise
-    except ValueError as error:
-        raise InputError(f"{path}: is not a table of numbers ({error}); draw the data set again") from None
-    if (
-        values.shape[0] < 2
-        or values.shape[1] != 2
-        or not np.isfinite(values).all()
-        or values[:, 1].max() <= 0
-    ):
-        raise InputError(f"{path}: must hold time_s and force_n of an impact; draw the data set again")
-    return values
+    columns = ("time_s", "force_n")
+    table = read_table(path, columns)
+    if not table.faults:
+        values = np.array([[table.number(row, column) for column in columns] for row in table.rows], float)
+        if (
+            not table.faults
+            and len(values) > 1
+            and (np.diff(values[:, 0]) > 0).all()
+            and values[:, 1].max() > 0
+        ):
+            return values
+        table.fault("", "must hold an impact, its time increasing; draw the data set again")
+    raise InputError(table.shown_faults())

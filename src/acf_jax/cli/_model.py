@@ -1,6 +1,5 @@
 """The model that `design`, `speed` and `check` work with: a rig's YAML file or a diagnosis' model.json."""
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from acf_jax.cli._rig import RIG, read_rig
 from acf_jax.errors import InputError, shown
-from acf_jax.files import read_text, read_yaml_mapping
+from acf_jax.files import read_json_mapping, read_yaml_mapping
 
 if TYPE_CHECKING:
     from acf_jax.contact.model import ContactModel
@@ -70,12 +69,10 @@ class ModelFile:
 
     def _check_json(self) -> list[str]:
         try:
-            content: Any = json.loads(read_text(self.path))
+            content = read_json_mapping(self.path, "use the model.json that `diagnose` wrote")
         except InputError as error:
             return error.faults
-        except (ValueError, RecursionError) as error:
-            return [f"{self.path}: is not JSON ({error}); use the model.json that `diagnose` wrote"]
-        if not isinstance(content, dict) or content.get("schema") != "acf-gap-model/1":
+        if content.get("schema") != "acf-gap-model/1":
             return [
                 f"{self.path}: its schema is not acf-gap-model/1; use the model.json that `diagnose` wrote"
             ]
@@ -132,4 +129,8 @@ def _share_fault(name: Any, value: Any) -> str | None:
     if name not in (*RIG, *IMPACT):
         return f"is not known; use {', '.join((*RIG, *IMPACT))}"
     number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return None if number and 0 <= value <= 0.5 else f"must be a share from 0 to 0.5, but is {shown(value)}"
+    return (
+        None
+        if number and 0 <= value <= 0.5
+        else f"must be a share from 0 to 0.5, but is {shown(value)}; correct it"
+    )

@@ -19,7 +19,9 @@ def sign_fault(name: str, value: Any, where: str) -> str | None:
     number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if number and (value > 0 or (value == 0 and name not in MUST_BE_POSITIVE)):
         return None
-    return f"{where} must be a number, finite and {range_}, in {UNITS[name]}, but is {shown(value)}"
+    return (
+        f"{where} must be a number, finite and {range_}, in {UNITS[name]}, but is {shown(value)}; correct it"
+    )
 
 
 def read_rig(path: Path) -> tuple[dict[str, float], list[str]]:

@@ -110,5 +110,8 @@ def _lines(path: Path, fault: dict[str, Any]) -> list[str]:
     if fault["type"] in _REMEDIES:
         return [where + _REMEDIES[fault["type"]]]
     if fault["loc"][-1:] == ("number",):
-        return [where + f"must be a number, or {{low: ..., high: ...}}, but is {shown(fault['input'])}"]
+        return [
+            where
+            + f"must be a number, or {{low: ..., high: ...}}, but is {shown(fault['input'])}; correct it"
+        ]
     return [where + f"{fault['msg'].lower()}, but is {shown(fault['input'])}; correct the value"]

@@ -2,22 +2,38 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.score import UNKNOWN, is_port
 from acf_jax.diagnosis.space import every_effect, parameters
 from acf_jax.errors import InputError
-from acf_jax.files import read_text
+from acf_jax.files import read_json_mapping
 
 SCHEMA: Literal["acf-gap-model/1"] = "acf-gap-model/1"
+RIG_BOUNDS = (
+    (1e-3, 1e4),
+    (0.0, 1e7),
+    (0.0, 1e9),
+    (1.0, 1e11),
+)  # far beyond what a data set may state, SI units
+ROUNDING = 1e-6
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+def _in_order(value: tuple[float, float]) -> tuple[float, float]:
+    if not 0 <= value[0] <= value[1]:
+        raise ValueError("the lower end must come first, zero or positive")
+    return value
+
+
+Between = Annotated[tuple[Finite, Finite], AfterValidator(_in_order)]
 
 
 class Variant(BaseModel):
@@ -43,11 +59,13 @@ class GapModel(BaseModel):
     recalibrated: Variant
     corrected: Variant
     alternatives: tuple[Variant, ...]  # explanations still standing beside the corrected model
-    peak_form_error: float = Field(ge=0)  # relative, of predicted peaks on unseen conditions beyond noise
-    step_s: float = Field(gt=0)  # of the integration
-    sample_rate_hz: float = Field(gt=0)
-    v_range: tuple[float, float]  # m/s, contact velocities of the trials
-    f_p_range: tuple[float, float]  # N, pretensions of the trials
+    peak_form_error: float = Field(
+        ge=0, le=10
+    )  # relative, of predicted peaks on unseen conditions beyond noise
+    step_s: float = Field(gt=0, le=0.01)  # of the integration
+    sample_rate_hz: float = Field(ge=1, le=1e7)
+    v_range: Between  # m/s, contact velocities of the trials
+    f_p_range: Between  # N, pretensions of the trials
 
 
 def variant(fitted: Fit, probability: float) -> Variant:
@@ -103,10 +121,7 @@ def write_model(model: GapModel) -> str:
 
 def read_model(path: Path) -> GapModel:
     """The model in a file; `InputError` names what is wrong with it."""
-    try:
-        content: Any = json.loads(read_text(path))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not JSON ({error}); use the model.json that `diagnose` wrote") from None
+    content = read_json_mapping(path, "use the model.json that `diagnose` wrote")
     try:
         model = GapModel.model_validate(content)
     except ValidationError as error:
@@ -127,7 +142,7 @@ def read_model(path: Path) -> GapModel:
 
 
 def _faults(path: Path, where: str, v: Variant) -> list[str]:
-    """What pydantic cannot see: names that this version knows, and shapes that fit."""
+    """What pydantic cannot see: names that this version knows, shapes that fit, values that can be."""
     strange = [e for e in v.effects if e not in every_effect()]
     if strange:
         return [
@@ -144,4 +159,25 @@ def _faults(path: Path, where: str, v: Variant) -> list[str]:
         return [
             f"{path}: {where}: needs {len(names)} values and a square covariance; write it anew with `diagnose`"
         ]
-    return []
+    bounds = [*RIG_BOUNDS, *((p.low, p.high) for _, p in parameters(v.effects)[len(RIG_BOUNDS) :])]
+    faults = [
+        f"{path}: {where}.theta: {name} is {value:g}, but must lie within {low:g} and {high:g}; write it anew"
+        for name, value, (low, high) in zip(names, v.theta, bounds, strict=True)
+        if not low - ROUNDING * abs(low) <= value <= high + ROUNDING * abs(high)
+    ]
+    if not faults and not _is_covariance(np.array(v.covariance)):
+        faults.append(f"{path}: {where}.covariance: is none (not symmetric, or negative); write it anew")
+    return faults
+
+
+def _is_covariance(matrix: np.ndarray) -> bool:
+    """Whether the matrix is symmetric and has no negative variance in any direction, but for rounding."""
+    variance = np.diag(matrix)
+    if (variance < 0).any():
+        return False
+    scale = np.sqrt(np.where(variance > 0, variance, 1.0))
+    correlation = matrix / scale / scale[:, None]
+    symmetric = np.allclose(correlation, correlation.T, rtol=0, atol=ROUNDING)
+    return bool(
+        symmetric and np.isfinite(correlation).all() and np.linalg.eigvalsh(correlation).min() > -1e-3
+    )

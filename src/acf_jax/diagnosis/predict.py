@@ -86,7 +86,7 @@ def _one(
     at_peak = at_times(forces.tangents[i], np.array([time[top]]), grid.h)
     slope = at_peak[: len(covariance), 0]
     form = model.peak_form_error if which == "corrected" else 0.0
-    own = float(slope @ covariance @ slope)
+    own = max(0.0, float(slope @ covariance @ slope))
     sensed_peak, contact_peak = float(force[top]), peaks[0][1]
     ratio = contact_peak / max(sensed_peak, 1e-9)
     return Prediction(

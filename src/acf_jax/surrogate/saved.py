@@ -22,9 +22,14 @@ def write_tree(path: Path, header: dict[str, Any], tree: Any) -> None:
     """Write `header` and the arrays of `tree`; the file is whole, or the one before it, at any moment."""
     body = io.BytesIO()
     eqx.tree_serialise_leaves(body, tree)
-    checksum = hashlib.sha256(body.getvalue()).hexdigest()
-    line = json.dumps({**header, "sha256": checksum}, allow_nan=False)
-    write_bytes(path, line.encode() + b"\n" + body.getvalue())
+    write_bytes(path, signed(header, body.getvalue()))
+
+
+def signed(header: dict[str, Any], body: bytes) -> bytes:
+    """The content of a file: `header` with a checksum of itself and of `body`, then `body`."""
+    line = json.dumps({name: value for name, value in header.items() if name != "sha256"}, allow_nan=False)
+    checksum = hashlib.sha256(line.encode() + b"\n" + body).hexdigest()
+    return json.dumps({**json.loads(line), "sha256": checksum}).encode() + b"\n" + body
 
 
 def read_header(path: Path) -> tuple[dict[str, Any], bytes]:
@@ -32,11 +37,12 @@ def read_header(path: Path) -> tuple[dict[str, Any], bytes]:
     line, _, body = read_bytes(path).partition(b"\n")
     try:
         header = json.loads(line)
-    except (ValueError, RecursionError):
-        header = None
-    if not isinstance(header, dict) or "sha256" not in header:
+        is_whole = signed(header, body) == line + b"\n" + body
+    except (ValueError, RecursionError, AttributeError):
+        header, is_whole = {}, False
+    if "sha256" not in header:
         raise InputError(f"{path}: does not start with a JSON header; name a file that train.fit wrote")
-    if hashlib.sha256(body).hexdigest() != header["sha256"]:
+    if not is_whole:
         raise InputError(f"{path}: is cut off or damaged (its checksum differs); copy or train it again")
     return header, body
 

@@ -1,0 +1,209 @@
+"""Every reader of the project, with a whole example of what it reads."""
+
+import functools
+import gzip
+import hashlib
+import json
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from acf_jax.blind import campaign, score, seal
+from acf_jax.blind.answer import read_answer, read_said
+from acf_jax.cli import design, identify
+from acf_jax.cli._model import ModelFile
+from acf_jax.dataset import read_conditions, read_dataset
+from acf_jax.diagnosis.document import SCHEMA
+from acf_jax.diagnosis.model_file import read_model, write_model
+from acf_jax.diagnosis.predict import predict
+from acf_jax.errors import InputError
+from acf_jax.safety.check import Checker
+from acf_jax.safety.limits import SHIPPED, read_limits
+from acf_jax.safety.situation import read_situations
+from acf_jax.surrogate import load_surrogate
+from acf_jax.surrogate.load import Shape, new_network
+from acf_jax.surrogate.saved import signed
+from tests.corrected import gap_model
+from tests.dataset.impacts import write
+from train.checkpoint import State, load_state, save_state
+from train.config import read_config
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+Files = dict[str, bytes]
+
+
+class Reader(NamedTuple):
+    """What is read, the whole files, those of them that go wrong, and the reader of their folder."""
+
+    name: str
+    files: Callable[[], Files]
+    wrong: tuple[str, ...]
+    read: Callable[[Path], Any]
+
+
+def beside(*names: str) -> Callable[[], Files]:
+    """Files of configs/, each by its own name."""
+    return lambda: {name: (CONFIGS / name).read_bytes() for name in names}
+
+
+def content_of(make: Callable[[Path], Any]) -> Files:
+    """The files that `make` leaves in a folder."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name, "made")
+        make(folder)
+        return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def corrected() -> Files:
+    return {"model.json": write_model(gap_model()).encode()}
+
+
+def peaks(folder: Path) -> None:
+    _, faults = identify._read(folder / "table1.csv")
+    if faults:
+        raise InputError(faults)
+
+
+def training() -> tuple[Any, State]:
+    config = read_config(CONFIGS / "table1.yaml")
+    network = new_network(3, Shape(width=4, depth=1), np.float32, jax.random.key(0))
+    arrays = jax.tree.map(np.asarray, jax.tree.leaves(network.layers))
+    return config, State(arrays, arrays, 20, [0.1])
+
+
+def checkpoint() -> Files:
+    config, state = training()
+    return content_of(lambda folder: save_state(folder / "fold.eqx", state, config))
+
+
+def resume(folder: Path) -> State:
+    config, state = training()
+    return load_state(folder / "fold.eqx", state, config)
+
+
+def sealed() -> Files:
+    def make(folder: Path) -> None:
+        for name in "ab":
+            (folder / name).mkdir(parents=True)
+            (folder / name / "answer.yaml").write_text("effects: [gravity]\nceiling: 0.7\n")
+        seal.seal_folder(folder)
+        for name in "ab":
+            (folder / name / "diagnosis.json").write_text("{}")
+        seal.open_answers(folder, folder, ["a", "b"])
+
+    return content_of(make)
+
+
+def unseal(folder: Path) -> None:
+    seal.check_answers(folder, ["a", "b"])
+    seal.open_answers(folder, folder, ["a", "b"])
+
+
+def resealed(folder: Path) -> None:
+    """Answers that are wrong under a seal that is right."""
+    packed = gzip.compress((folder / "answers.json").read_bytes())
+    (folder / "answers.sealed").write_bytes(packed)
+    record = {"sha256": hashlib.sha256(packed).hexdigest(), "data_sets": 2, "sealed_at": 0.0}
+    (folder / "seal.json").write_text(json.dumps(record))
+    for name in "ab":
+        (folder / name).mkdir()
+        (folder / name / "diagnosis.json").write_text("{}")
+    unseal(folder)
+
+
+def resigned(folder: Path) -> None:
+    """A header that is wrong under a checksum that is right."""
+    line, _, body = (folder / "model.eqx").read_bytes().partition(b"\n")
+    try:
+        whole = signed(json.loads(line), body)
+    except (ValueError, RecursionError, AttributeError):
+        return
+    (folder / "model.eqx").write_bytes(whole)
+    load_surrogate(folder / "model.eqx")
+
+
+SAID = {
+    "schema": SCHEMA,
+    "verdict": "identified",
+    "explanations": [{"effects": ["gravity"], "probability": 0.9}, {"effects": [], "probability": 0.1}],
+    "credible_set": [["gravity"]],
+    "indistinguishable": [{"effects": ["coulomb_friction", "gravity"], "bayes_error": 0.3}],
+    "where": {"component": {"actuator": 0.9, "contact": 0.1}},
+    "shrinkage": {"force": {"value": 0.9, "ci95": [0.8, 0.95]}, "peak": None},
+    "parameters": {"moving_mass_kg": {"value": 2.1, "std": 0.1, "unit": "kg"}},
+    "excluded_trials": [{"trial": "t001", "reason": "dead"}],
+}
+
+
+def surrogate() -> Files:
+    from acf_jax.surrogate.load import DEFAULT
+
+    return {"model.eqx": DEFAULT.read_bytes()}
+
+
+def run_folder(folder: Path) -> None:
+    campaign.describe(folder, {"seed": 1})
+    (folder / "a").mkdir()
+    (folder / "a/dataset.yaml").write_text("")
+    (folder / "results/a").mkdir(parents=True)
+    (folder / "results/a/diagnosis.json").write_text("")
+    campaign.diagnose_all(folder, folder / "results", 1, lambda *counted: None)
+
+
+READERS = (
+    Reader("data set", functools.cache(lambda: content_of(write)),
+           ("dataset.yaml", "trials.csv", "traces/t001.csv"), read_dataset),
+    Reader("conditions", beside("conditions_example.csv"), ("conditions_example.csv",),
+           lambda folder: read_conditions(folder / "conditions_example.csv")),
+    Reader("peaks", beside("table1.csv"), ("table1.csv",), peaks),
+    Reader("rig", beside("check_rig.yaml"), ("check_rig.yaml",), lambda f: ModelFile(f / "check_rig.yaml")),
+    Reader("design", beside("design.yaml", "table1_rig.yaml"), ("design.yaml", "table1_rig.yaml"),
+           lambda folder: design._read(folder / "design.yaml", [])),
+    Reader("training", beside("table1.yaml", "table1_rig.yaml"), ("table1.yaml", "table1_rig.yaml"),
+           lambda folder: read_config(folder / "table1.yaml")),
+    Reader("checkpoint", functools.cache(checkpoint), ("fold.eqx",), resume),
+    Reader("model.json", corrected, ("model.json",), lambda folder: read_model(folder / "model.json")),
+    Reader("model.eqx", surrogate, ("model.eqx",), lambda folder: load_surrogate(folder / "model.eqx")),
+    Reader("model.eqx, checksum right", surrogate, ("model.eqx",), resigned),
+    Reader("limits", lambda: {"limits.csv": SHIPPED.read_bytes()}, ("limits.csv",),
+           lambda folder: read_limits(folder / "limits.csv")),
+    Reader("situations", beside("situations.csv"), ("situations.csv",),
+           lambda folder: read_situations(folder / "situations.csv", read_limits())),
+    Reader("answer.yaml", lambda: {"answer.yaml": b"effects: [gravity]\nceiling: 0.7\n"}, ("answer.yaml",),
+           read_answer),
+    Reader("seal", functools.cache(sealed), ("seal.json", "answers.sealed", "opened.json"), unseal),
+    Reader("sealed answers, hash right", lambda: {"answers.json": b'{"a": {"effects": []}, "b": {"effects": ["x"]}}'},
+           ("answers.json",), resealed),
+    Reader("blind run", lambda: {"run.json": b'{"seed": 1}', "withheld.json": b'{"a": "gravity"}'},
+           ("run.json", "withheld.json"), run_folder),
+    Reader("diagnosis.json", lambda: {"diagnosis.json": json.dumps(SAID).encode()}, ("diagnosis.json",), read_said),
+    Reader("held-out trace", lambda: {"trace.csv": b"time_s,force_n\n0,80\n0.001,90\n0.002,70\n"}, ("trace.csv",),
+           lambda folder: score._true_force(folder / "trace.csv")),
+)  # fmt: skip
+
+
+def predicted(folder: Path) -> None:
+    """What the prediction makes of a model that was read."""
+    found = predict(read_model(folder / "model.json"), np.array([0.2]), np.array([80.0]))[0]
+    assert np.isfinite([found.peak_force, found.peak_force_std, found.contact_peak_force]).all(), found
+    assert len(found.time) < 10**6
+
+
+def judged(folder: Path) -> None:
+    """What the check makes of a rig and of situations that were read."""
+    checker = Checker(ModelFile(folder / "check_rig.yaml").load(), load_surrogate())
+    for situation in read_situations(folder / "situations.csv", read_limits()):
+        answer = checker(situation)
+        assert answer.verdict != "allowed" or np.isfinite([answer.force, answer.upper]).all(), answer
+
+
+# These compile: too slow for the tests.
+USERS = (
+    Reader("model.json, predicted", corrected, ("model.json",), predicted),
+    Reader("rig and situations, checked", beside("check_rig.yaml", "situations.csv"),
+           ("check_rig.yaml", "situations.csv"), judged),
+)  # fmt: skip
