@@ -146,7 +146,7 @@ def surrogate() -> Files:
 
 
 def run_folder(folder: Path) -> None:
-    campaign.describe(folder, {"seed": 1})
+    campaign._describe(folder, {"seed": 1})
     (folder / "a").mkdir()
     (folder / "a/dataset.yaml").write_text("")
     (folder / "results/a").mkdir(parents=True)
