@@ -41,6 +41,13 @@ ANSWERS = {
         "--conditions",
         ROOT / "examples/rig/held_out_conditions.csv",
     ],
+    "import": [
+        ROOT / "examples/session.mcap",
+        "--out",
+        "FOLDER/out",
+        "--rig",
+        ROOT / "examples/session_rig.yaml",
+    ],
     "diagnose": [ROOT / "examples/rig", "--out", "FOLDER/out"],
     "predict": [
         "FOLDER/model",

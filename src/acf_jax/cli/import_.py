@@ -1,14 +1,14 @@
 """`python -m acf_jax import`: a gap data set from one long recording."""
 
-import json
-import math
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from acf_jax.cli._json import echo_json
+from acf_jax.cli._progress import counts
 
 if TYPE_CHECKING:
     from acf_jax.recording import Impacts
@@ -62,16 +62,20 @@ def command(
         with closing(open_recording(recording)) as opened:
             channels = opened.channels()
         shown = [{"name": c.name, "type": c.type, "count": c.count} for c in channels]
-        click.echo(json.dumps(shown, indent=2) if as_json else listing(channels))
+        if as_json:
+            echo_json(shown)
+        else:
+            click.echo(listing(channels))
         return
     if out is None:
         raise InputError("--out: is missing; name a folder for the data set")
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: is a file; name a folder")
     impacts, described = _import(recording, out, rig, mapping, review, signals)
-    click.echo(
-        json.dumps(_document(impacts), indent=2) if as_json else _text(impacts, out, review, described)
-    )
+    if as_json:
+        echo_json(_document(impacts))
+    else:
+        click.echo(_text(impacts, out, review, described))
 
 
 def _import(
@@ -110,8 +114,8 @@ def _import(
         faults += error.faults
     if faults or chosen is None:
         raise InputError(faults)
-    with _progress() as progress:
-        session = read_session(recording, chosen, progress)
+    with counts() as count:
+        session = read_session(recording, chosen, partial(count, "reading"))
     decided = None
     if review is not None and review.exists():
         decided = read_review(review, recording.name, session.duration).cuts
@@ -159,9 +163,9 @@ def _document(impacts: "Impacts") -> dict[str, Any]:
                 "trial": cut.trial,
                 "keep": cut.keep,
                 "contact_s": 1e-9 * (cut.contact.begin - begin),
-                "contact_velocity_m_per_s": _or_none(cut.velocity.value),
-                "contact_velocity_std_m_per_s": _or_none(cut.velocity.std),
-                "pretension_n": _or_none(cut.pretension.value),
+                "contact_velocity_m_per_s": cut.velocity.value,
+                "contact_velocity_std_m_per_s": cut.velocity.std,
+                "pretension_n": cut.pretension.value,
                 "peak_force_n": cut.peak,
                 "remarks": list(cut.remarks),
             }
@@ -169,21 +173,3 @@ def _document(impacts: "Impacts") -> dict[str, Any]:
         ],
         "notes": list(impacts.notes),
     }
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[int, int], None]]:
-    """A bar of what is read on a terminal; nothing in a pipe."""
-    if not sys.stderr.isatty():
-        yield lambda done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("reading", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total or None)
