@@ -18,13 +18,15 @@ import equinox as eqx
 import jax
 import numpy as np
 import optax
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
 from acf_jax.surrogate.features import FEATURES
 from acf_jax.surrogate.load import new_network
 from benchmarks.machine import cores, describe
 from benchmarks.timing import interleave, median_ratio, summarise
 from train.config import Config, read_config
-from train.fit import make_steps
+from train.devices import AXIS, Shards
+from train.loop import make_steps
 
 SAMPLES = 2**18
 
@@ -66,9 +68,10 @@ def _jax(config: Config, x: np.ndarray, y: np.ndarray, steps: int) -> Callable[[
     optimiser = optax.adam(optax.cosine_decay_schedule(settings.learning_rate, settings.steps))
     network = new_network(x.shape[1], config.network, x.dtype, jax.random.key(0))
     parameters, static = eqx.partition(network, eqx.is_inexact_array)
-    run_steps = make_steps(
-        static, optimiser, jax.numpy.asarray(x), jax.numpy.asarray(y), settings.batch, jax.random.key(1)
-    )
+    mesh = Mesh(np.array(jax.devices()[:1]), (AXIS,))
+    here = jax.device_put((x[None], y[None]), NamedSharding(mesh, PartitionSpec(AXIS)))
+    shards = Shards(mesh, here[0], here[1], np.array([y.size]))
+    run_steps = make_steps(static, optimiser, shards, settings.batch, jax.random.key(1))
     memory = optimiser.init(parameters)
     return lambda: jax.block_until_ready(run_steps(parameters, memory, 0, steps))
 

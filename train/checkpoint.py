@@ -8,7 +8,6 @@ import numpy as np
 
 from acf_jax.errors import InputError
 from acf_jax.surrogate.saved import read_header, read_leaves, write_tree
-from train.config import Config
 
 
 class State(NamedTuple):
@@ -20,13 +19,13 @@ class State(NamedTuple):
     losses: list[float]  # mean of each chunk
 
 
-def save_state(path: Path, state: State, config: Config) -> None:
-    """Write the state; the file on disk is whole at any moment."""
-    header = {"config": _identity(config), "step": state.step, "losses": state.losses}
+def save_state(path: Path, state: State, identity: dict[str, Any]) -> None:
+    """Write the state, with what it depends on; the file on disk is whole at any moment."""
+    header = {"config": identity, "step": state.step, "losses": state.losses}
     write_tree(path, header, (state.parameters, state.optimiser))
 
 
-def load_state(path: Path, like: State, config: Config) -> State:
+def load_state(path: Path, like: State, identity: dict[str, Any]) -> State:
     """The state at `path`, or `like`, the initial one, where there is none.
 
     **Raises:** `InputError` when the file belongs to another configuration, or is damaged.
@@ -34,7 +33,7 @@ def load_state(path: Path, like: State, config: Config) -> State:
     if not path.exists():
         return like
     header, body = read_header(path)
-    if header.get("config") != _identity(config):
+    if header.get("config") != identity:
         raise InputError(
             f"{path}: was written with another configuration; resume with that one (config.yaml beside it), "
             "or start afresh without --resume"
@@ -47,8 +46,3 @@ def is_finite(state: State) -> bool:
     """Whether every number of the state is finite."""
     leaves = jax.tree.leaves((state.parameters, state.optimiser, state.losses))
     return all(bool(np.isfinite(leaf).all()) for leaf in leaves)
-
-
-def _identity(config: Config) -> dict[str, Any]:
-    """What the state depends on: everything but where it is kept."""
-    return config.model_dump(mode="json", exclude={"output", "table1", "compare"})

@@ -98,6 +98,20 @@ class Optimiser(_Part):
         return self
 
 
+class Processes(_Part):
+    """The processes that train together, each started with the same configuration but for its `id`."""
+
+    coordinator: str = Field(pattern=r"^.+:\d+$", description="host:port at which process 0 is reached")
+    count: int = Field(ge=1)
+    id: int | None = Field(default=None, ge=0, description="left out: as Slurm, MPI or Kubernetes say")
+
+    @model_validator(mode="after")
+    def _is_one_of_them(self) -> Self:
+        if self.id is not None and self.id >= self.count:
+            raise ValueError(f"id ({self.id}) must be below count ({self.count}); the first process has id 0")
+        return self
+
+
 class TableRig(_Part):
     """A rig's parameters."""
 
@@ -126,6 +140,12 @@ class Config(_Part):
     network: Shape
     optimiser: Optimiser
     table1: Table1 | None = None
+    devices: int | None = Field(default=None, ge=1, description="of each process; left out: all it has")
+    processes: Processes | None = None
+
+    def identity(self) -> dict[str, Any]:
+        """What a run's state depends on: everything but where it is kept, and by how many it is computed."""
+        return self.model_dump(mode="json", exclude={"output", "table1", "compare", "devices", "processes"})
 
     @property
     def all_features(self) -> tuple[FeatureName, ...]:

@@ -35,20 +35,24 @@ class Labelled(NamedTuple):
 
 
 def draw_samples(
-    ranges: Ranges, count: int, method: str, seed: int, towards_edges: bool
+    ranges: Ranges,
+    count: int,
+    method: str,
+    seed: int,
+    towards_edges: bool,
+    first: int = 0,
+    end: int | None = None,
 ) -> tuple[Rig, Impact]:
-    """`count` points of the box; `towards_edges` gives them the Chebyshev density.
+    """`count` points of the box, or those from `first` to before `end` of them.
+
+    `towards_edges` gives them the Chebyshev density.
 
     u <- sin^2(pi u/2)
 
     A fit is worst at the edges and corners of its box, where an even density has next to no samples:
     within a tenth of one corner, in all six parameters, it has one in 1,000,000; this one has one in 14,000.
     """
-    engine = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
-    design = engine(d=len(UNITS), rng=np.random.default_rng(seed))
-    # Sobol points are balanced in powers of two; what is above `count` is dropped.
-    drawn = 2 ** int(np.ceil(np.log2(count))) if method == "sobol" else count
-    unit = design.random(drawn)[:count]
+    unit = _design(count, method, seed, first, count if end is None else end)
     if towards_edges:
         unit = np.sin(np.pi / 2 * unit) ** 2
     x = {}
@@ -62,15 +66,32 @@ def draw_samples(
     return Rig(m=x["m"], d=d, k_f=x["k_f"], k_c=x["k_c"]), Impact(v_e=x["v_e"], f_p=x["f_p"])
 
 
+def _design(count: int, method: str, seed: int, first: int, end: int) -> np.ndarray:
+    """The points from `first` to before `end` of `count` in the unit cube, whatever is asked for beside them."""
+    random = np.random.default_rng(seed)
+    if method == "latin_hypercube":  # has no part without the whole
+        return qmc.LatinHypercube(d=len(UNITS), rng=random).random(count)[first:end]
+    design = qmc.Sobol(d=len(UNITS), rng=random)
+    if first:
+        return design.fast_forward(first).random(end - first)
+    # Sobol points are balanced in powers of two; what is above `end` is dropped.
+    return design.random(2 ** int(np.ceil(np.log2(end))))[:end]
+
+
 def label_samples(rig: Rig, impact: Impact) -> Peak:
     """The labels: peak force and time of each sample. Labels from another model belong here."""
     return find_peaks(rig, impact)
 
 
-def make_data(config: Config, purpose: str) -> Labelled:
-    """The samples of one purpose with their labels."""
+def draw(config: Config, purpose: str, first: int = 0, end: int | None = None) -> tuple[Rig, Impact]:
+    """The samples of one purpose, or those from `first` to before `end` of them."""
     count = getattr(config.samples, purpose.removesuffix("_edges"))
     seed = int(np.random.SeedSequence([config.seed, PURPOSES.index(purpose)]).generate_state(1)[0])
     towards_edges = purpose == "train" or purpose.endswith("_edges")
-    rig, impact = draw_samples(config.ranges, count, config.samples.method, seed, towards_edges)
+    return draw_samples(config.ranges, count, config.samples.method, seed, towards_edges, first, end)
+
+
+def make_data(config: Config, purpose: str) -> Labelled:
+    """The samples of one purpose with their labels."""
+    rig, impact = draw(config, purpose)
     return Labelled(rig, impact, label_samples(rig, impact))

@@ -46,12 +46,12 @@ def _ask(surrogate: Surrogate, rig: Rig, impact: Impact) -> tuple[jax.Array, jax
 
 
 def judge(
-    config: Config, surrogates: dict[str, Surrogate], train: Labelled, test: dict[str, Labelled]
+    config: Config, surrogates: dict[str, Surrogate], train: dict[str, int], test: dict[str, Labelled]
 ) -> dict[str, Any]:
-    """Everything the report says about errors, as plain numbers, for each feature set."""
+    """Everything the report says about errors, as plain numbers, for each feature set; `train`: its sizes."""
     metrics: dict[str, Any] = {
         "features": config.features,
-        "samples": {name: data.sizes() for name, data in {"train": train, **test}.items()},
+        "samples": {"train": train, **{name: data.sizes() for name, data in test.items()}},
         "errors": {},
         "distribution": {},
     }

@@ -9,9 +9,8 @@ import json
 import platform
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext, redirect_stdout
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,18 +27,14 @@ from acf_jax.files import write_text
 from acf_jax.surrogate import Surrogate, load_surrogate, save_surrogate
 from acf_jax.surrogate.box import UNITS, Box
 from acf_jax.surrogate.features import FEATURES, AbstractFeatures
-from acf_jax.surrogate.load import new_network, with_dtype
-from acf_jax.surrogate.surrogate import Affine, HeldOutError
+from acf_jax.surrogate.load import with_dtype
+from acf_jax.surrogate.surrogate import HeldOutError
 from train import evaluate
-from train.checkpoint import State, is_finite, load_state, save_state
 from train.config import Config, read_config, to_yaml
 from train.data import Labelled, make_data
-from train.progress import Progress
+from train.devices import TrainingSet, find_devices, is_first, join_processes, make_training_set
+from train.loop import Diverged, fit_network
 from train.report import write_report
-
-
-class Diverged(RuntimeError):
-    """The loss is not finite; the last good checkpoint is kept."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -58,6 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def work() -> int:
         config = read_config(arguments.config, tuple(arguments.set))
+        join_processes(config)
         words = redirect_stdout(sys.stderr) if arguments.json else nullcontext()
         try:
             with resumable("--resume goes on from the last checkpoint"), words:
@@ -65,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         except Diverged as error:
             print(f"error: {error}", file=sys.stderr)
             return 1
-        if arguments.json:
+        if arguments.json and is_first():
             echo_json(metrics)
         return 0
 
@@ -76,11 +72,12 @@ def run(config: Config, resume: bool = False) -> dict[str, Any]:
     """Train and judge every feature set of the configuration; returns what metrics.json holds."""
     folder, timings, clock = config.output, {}, time.perf_counter
     start = clock()
-    data = {purpose: make_data(config, purpose) for purpose in ("train", "held_out", "held_out_edges")}
+    train = make_training_set(config, find_devices(config))
+    data = {purpose: make_data(config, purpose) for purpose in ("held_out", "held_out_edges")}
     timings["data_s"] = clock() - start
-    train = data["train"]
-    kept, apart = train.sizes().values()
-    print(f"{kept:,} samples with a peak to train on, {apart:,} without set apart")
+    if is_first():
+        kept, apart = train.sizes().values()
+        print(f"{kept:,} samples with a peak to train on, {apart:,} without set apart")
 
     surrogates, histories = {}, {}
     for name in config.all_features:
@@ -91,11 +88,15 @@ def run(config: Config, resume: bool = False) -> dict[str, Any]:
 
     start = clock()
     test = {"box": make_data(config, "test"), "edges": make_data(config, "test_edges")}
-    metrics = evaluate.judge(config, {k: with_dtype(s, float) for k, s in surrogates.items()}, train, test)
+    metrics = evaluate.judge(
+        config, {k: with_dtype(s, float) for k, s in surrogates.items()}, train.sizes(), test
+    )
     metrics["losses"] = histories
     metrics["versions"] = versions()
     best = metrics["errors"][config.features]
     more = {"config": config.model_dump(mode="json"), "versions": metrics["versions"], "errors": best}
+    if not is_first():
+        return metrics
     save_surrogate(folder / "model.eqx", surrogates[config.features], config.network, more)
     metrics["table1"] = evaluate.table1(config, load_surrogate(folder / "model.eqx"))
     timings["evaluate_s"] = clock() - start
@@ -110,100 +111,32 @@ def run(config: Config, resume: bool = False) -> dict[str, Any]:
 
 
 def train_network(
-    config: Config, features: AbstractFeatures, data: Labelled, resume: bool
+    config: Config, features: AbstractFeatures, data: TrainingSet, resume: bool
 ) -> tuple[Surrogate, list[float]]:
     """A surrogate fitted to the data, its error still unknown, and the mean loss of each chunk of steps."""
-    settings, dtype = config.optimiser, np.dtype(config.precision)
-    x = jax.jit(jax.vmap(features.coordinates))(data.rig, data.impact)[data.has_peak]
-    y = jax.jit(jax.vmap(features.target))(data.rig, data.impact, data.peak)[data.has_peak]
-    to_x = Affine((x.max(0) + x.min(0)) / 2, jnp.maximum((x.max(0) - x.min(0)) / 2, 1e-12))
-    to_y = Affine(y.mean(), jnp.maximum(y.std(), 1e-12))
-    x, y = jax.vmap(to_x)(x).astype(dtype), to_y(y).astype(dtype)
-
-    network_key, batch_key = jax.random.split(jax.random.key(config.seed))
-    network = new_network(x.shape[1], config.network, dtype, network_key)
-    parameters, static = eqx.partition(network, eqx.is_inexact_array)
-    optimiser = optax.adam(
-        optax.warmup_cosine_decay_schedule(
-            0.0,
-            settings.learning_rate,
-            settings.warm_up_steps,
-            settings.steps,
-            settings.learning_rate * settings.final_fraction,
-        )
-    )
-    run_steps = make_steps(static, optimiser, x, y, settings.batch, batch_key)
+    dtype = np.dtype(config.precision)
+    shards = data.shards(features)
+    to_x, to_y = shards.scales()
+    shards = shards.scaled(to_x, to_y, dtype)
 
     path = config.output / "checkpoints" / f"{features.name}.eqx"
-    if not resume:
-        path.unlink(missing_ok=True)
-    state = load_state(path, State(parameters, optimiser.init(parameters), 0, []), config)
-    with Progress(features.name, state.step, settings.steps) as progress:
-        while state.step < settings.steps:
-            count = min(settings.steps_per_checkpoint, settings.steps - state.step)
-            parameters, memory, mean = run_steps(state.parameters, state.optimiser, state.step, count)
-            new = State(parameters, memory, state.step + count, [*state.losses, float(mean)])
-            if not is_finite(new):
-                kept = (
-                    f"the state of step {state.step} is kept in {path}" if state.step else "nothing is kept"
-                )
-                raise Diverged(
-                    f"{features.name}: the loss is not finite between steps {state.step} and {new.step}; "
-                    f"{kept}. Lower optimiser.learning_rate (now {settings.learning_rate:g}) or raise "
-                    "optimiser.warm_up_steps"
-                )
-            state = new
-            save_state(path, state, config)
-            progress.update(state.step, state.losses[-1])
-
+    network, losses = fit_network(
+        features.name, shards, config.network, config.optimiser, config.seed, path, config.identity(), resume
+    )
     box = Box(
         tuple(getattr(config.ranges, name).low for name in UNITS),
         tuple(getattr(config.ranges, name).high for name in UNITS),
     )
     edges = jnp.linspace(0, 1, evaluate.BOUND_BINS + 1)[1:]
     surrogate = Surrogate(
-        network=eqx.combine(state.parameters, static),
+        network=network,
         x=to_x,
         y=to_y,
         held_out=HeldOutError(edges, jnp.zeros_like(edges)),
         features=features,
         box=box,
     )
-    return with_dtype(surrogate, dtype), state.losses
-
-
-def make_steps(
-    static: Any,
-    optimiser: optax.GradientTransformation,
-    x: jax.Array,
-    y: jax.Array,
-    batch: int,
-    key: jax.Array,
-) -> Callable[[Any, Any, int, int], tuple[Any, Any, jax.Array]]:
-    """(parameters, optimiser's memory, first step, count) to both after `count` steps and their mean loss.
-
-    The batch of a step is drawn from the key and the step's number alone, so that a resumed run draws
-    what an uninterrupted one would have drawn.
-    """
-
-    def loss(parameters: Any, x: jax.Array, y: jax.Array) -> jax.Array:
-        # The batch is the last axis: each layer is then one matrix product without a transposition.
-        predicted = jax.vmap(eqx.combine(parameters, static), in_axes=1)(x.T)
-        return jnp.mean((predicted - y) ** 2)
-
-    def one_step(carry: tuple[Any, Any], step: jax.Array) -> tuple[tuple[Any, Any], jax.Array]:
-        parameters, memory = carry
-        rows = jax.random.randint(jax.random.fold_in(key, step), (batch,), 0, x.shape[0])
-        value, slope = jax.value_and_grad(loss)(parameters, x[rows], y[rows])
-        updates, memory = optimiser.update(slope, memory, parameters)
-        return (optax.apply_updates(parameters, updates), memory), value
-
-    @partial(jax.jit, static_argnames="count")
-    def run_steps(parameters: Any, memory: Any, first: int, count: int) -> tuple[Any, Any, jax.Array]:
-        carry, losses = jax.lax.scan(one_step, (parameters, memory), first + jnp.arange(count))
-        return *carry, losses.mean()
-
-    return run_steps
+    return with_dtype(surrogate, dtype), losses
 
 
 def bound_error(surrogate: Surrogate, *held_out: Labelled) -> Surrogate:

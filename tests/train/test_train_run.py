@@ -6,14 +6,14 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from acf_jax.surrogate.saved import read_header
 from tests.needs import need_chromium
-from train import checkpoint, fit
+from train import checkpoint, fit, loop
 from train.checkpoint import State
-from train.config import Config
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -61,11 +61,11 @@ def test_killed_and_resumed_gives_the_same_metrics(
 
     killed_at, saved_at = read_header(path)[0]["step"], []
 
-    def save_state(path: Path, state: State, config: Config) -> None:
+    def save_state(path: Path, state: State, identity: dict[str, Any]) -> None:
         saved_at.append(state.step)
-        checkpoint.save_state(path, state, config)
+        checkpoint.save_state(path, state, identity)
 
-    monkeypatch.setattr(fit, "save_state", save_state)
+    monkeypatch.setattr(loop, "save_state", save_state)
 
     assert fit.main(["--config", str(small), "--resume", "--set", f"output={tmp_path}"]) == 0
     assert saved_at[0] == (killed_at + 20 if killed_at < 400 else 20), "must go on where the killed run was"

@@ -1,0 +1,106 @@
+"""One device, eight devices and two processes: the same samples, and the same network within rounding."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from acf_jax.surrogate import load_surrogate
+from train import fit
+from train.config import read_config
+from train.data import draw_samples
+
+REPOSITORY = Path(__file__).parents[2]
+CHANGES = (
+    "compare=[]",
+    "precision=float64",
+    "optimiser.steps=30",
+    "optimiser.steps_per_checkpoint=15",
+    "samples.train=1024",  # all sets of one size share their compiled programs
+    "samples.held_out=1024",
+    "samples.test=1024",
+    "table1=null",
+)
+
+
+def arguments(config: Path, folder: Path, *changes: str) -> list[str]:
+    found = ["--config", str(config)]
+    for change in (*CHANGES, f"output={folder}", *changes):
+        found += ["--set", change]
+    return found
+
+
+def start(devices: int, *command: str) -> subprocess.Popen[str]:
+    """Training in a process of its own that has so many devices."""
+    environment = {
+        **os.environ,
+        "XLA_FLAGS": f"--xla_force_host_platform_device_count={devices}",
+        "PYTHONPATH": os.pathsep.join([str(REPOSITORY / "src"), str(REPOSITORY)]),
+    }
+    return subprocess.Popen(
+        [sys.executable, "-m", "train.fit", *command],
+        cwd=REPOSITORY, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+
+
+def free_port() -> int:
+    with socket.socket() as there:
+        there.bind(("127.0.0.1", 0))
+        return int(there.getsockname()[1])
+
+
+def test_many_devices_and_processes_train_what_one_trains(small: Path, tmp_path: Path) -> None:
+    """Eight devices in one process; and two processes of two devices, which meet over loopback."""
+    alone, eight, two = (tmp_path / name for name in ("alone", "eight", "two"))
+    meet = [f"processes.coordinator=127.0.0.1:{free_port()}", "processes.count=2"]
+    started = [start(8, *arguments(small, eight))]
+    started += [start(2, *arguments(small, two, *meet, f"processes.id={k}")) for k in (0, 1)]
+    assert fit.main(arguments(small, alone, "devices=1")) == 0
+    printed = [process.communicate()[0] for process in started]
+    assert [process.returncode for process in started] == [0, 0, 0], "\n".join(printed)
+    assert "report:" in printed[1] and "fold" not in printed[2], "only the first process speaks"
+
+    expected = json.loads((alone / "metrics.json").read_text())
+    weights = jax.tree.leaves(load_surrogate(alone / "model.eqx"))
+    for folder in (eight, two):
+        found = json.loads((folder / "metrics.json").read_text())
+        assert found["samples"] == expected["samples"]
+        np.testing.assert_allclose(found["losses"]["fold"], expected["losses"]["fold"], rtol=1e-9)
+        for ours, theirs in zip(weights, jax.tree.leaves(load_surrogate(folder / "model.eqx")), strict=True):
+            np.testing.assert_allclose(theirs, ours, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
+@pytest.mark.parametrize("ends", [(0, 1, 700, 1000), (0, 512, 1000)])
+def test_a_design_is_the_same_in_parts(small: Path, method: str, ends: tuple[int, ...]) -> None:
+    ranges = read_config(small).ranges
+    whole = draw_samples(ranges, 1000, method, 5, True)
+    parts = [draw_samples(ranges, 1000, method, 5, True, *span) for span in pairwise(ends)]
+    joined = jax.tree.map(lambda *columns: np.concatenate(columns), *parts)
+    jax.tree.map(np.testing.assert_array_equal, joined, whole)
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        (["devices=64"], "devices: 64 are asked for, but process 0 has"),
+        (["processes.coordinator=host"], "processes.coordinator: string should match pattern"),
+        (
+            ["processes.coordinator=host:1", "processes.count=2", "processes.id=2"],
+            "processes: id (2) must be below count (2); the first process has id 0",
+        ),
+    ],
+)
+def test_faults_are_named(
+    small: Path, tmp_path: Path, changes: list[str], fault: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert fit.main(arguments(small, tmp_path / "run", *changes)) == 2
+    assert fault in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
