@@ -170,6 +170,10 @@ def test_without_a_rig_there_is_a_template(tmp_path):
     description.write_text(f"schema: acf-gap-dataset/1\n{filled}")
     assert run(path, "--out", tmp_path / "set").exit_code == 0  # keeps what was filled in
     assert read_dataset(tmp_path / "set").rig.m == Prior(2.1, 0.04)
+    half = description.read_text().replace("value: 2.1", "value: two")
+    description.write_text(half)
+    assert "rig.moving_mass_kg.value" in str(run(path, "--out", tmp_path / "set").exception)
+    assert description.read_text() == half  # nothing that a user wrote is lost
 
 
 def test_json_names_the_cuts(tmp_path):

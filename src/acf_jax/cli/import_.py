@@ -1,6 +1,6 @@
 """`python -m acf_jax import`: a gap data set from one long recording."""
 
-from contextlib import closing, suppress
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -92,7 +92,7 @@ def _import(
     from acf_jax.recording import find_impacts, read_mapping, read_session
     from acf_jax.recording.page import import_page
     from acf_jax.recording.review import read_review
-    from acf_jax.recording.rig import read_rig_file
+    from acf_jax.recording.rig import earlier_rig, read_rig_file
     from acf_jax.recording.write import review_of, write_impacts
 
     faults: list[str] = []
@@ -103,9 +103,8 @@ def _import(
     try:
         if rig is not None:
             known = read_rig_file(rig)
-        elif earlier.exists():
-            with suppress(InputError):  # of an earlier import, its rig perhaps filled in by now
-                known = read_rig_file(earlier)
+        elif not faults and earlier.exists():
+            known = earlier_rig(earlier)
     except InputError as error:
         faults += error.faults
     try:

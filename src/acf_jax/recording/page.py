@@ -14,7 +14,7 @@ from acf_jax.report.page import Part, page
 from acf_jax.report.plot import Variant, axis, plain, plot, series
 
 BUCKETS = 3000  # of the whole recording; each shows its least and largest sample
-MOST = 100  # cuts that the page carries sample by sample
+MOST = 300  # cuts that the page carries sample by sample
 
 
 def import_page(impacts: Impacts, review: str, dataset: str) -> str:

@@ -32,7 +32,22 @@ def read_rig_file(path: Path) -> RigFile:
 
     **Raises:** `InputError` that lists every fault.
     """
+    return _checked(path, read_yaml_mapping(path))
+
+
+def earlier_rig(path: Path) -> RigFile | None:
+    """The rig in the dataset.yaml of an earlier import; None where nothing of its template is filled in."""
     document = read_yaml_mapping(path)
+    rig = document.get("rig")
+    parts = rig.values() if isinstance(rig, dict) else ()
+    if parts and all(
+        isinstance(part, dict) and not any(v is not None for v in part.values()) for part in parts
+    ):
+        return None
+    return _checked(path, document)
+
+
+def _checked(path: Path, document: dict[str, Any]) -> RigFile:
     if "rig" not in document:
         raise InputError(f"{path} key 'rig': is missing; write\n{TEMPLATE}")
     _, prior, _ = check_description(path, {"schema": SCHEMA} | document)
