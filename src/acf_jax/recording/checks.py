@@ -76,7 +76,7 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
 
 def force_unit_fault(session: Session, cuts: Sequence[Cut], rig: RigPrior) -> str | None:
     """Why the force cannot be in newtons, against pretensions and the peaks that a rig like `rig` would give."""
-    peaks = np.array([cut.contact.peak - cut.contact.offset for cut in cuts])
+    peaks = np.array([cut.contact.rise for cut in cuts])
     f_p, v_e = (np.array([getattr(cut, name).value for cut in cuts]) for name in ("pretension", "velocity"))
     expected = np.sqrt(f_p**2 + rig.k_c.value * rig.m.value * v_e**2)
     ratio = float(np.median(peaks / np.maximum(expected, 1e-9)))

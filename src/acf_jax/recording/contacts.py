@@ -48,6 +48,11 @@ class Contact:
     noise_std: float  # N, about it
     peak: float  # N, largest sample within the contact
 
+    @property
+    def rise(self) -> float:
+        """The peak above the force before contact, N."""
+        return self.peak - self.offset
+
 
 def find_contacts(force: Series, options: Contacts, where: str) -> tuple[Level, list[Contact]]:
     """Every contact of the recording.

@@ -60,14 +60,14 @@ def impact_peak(cut: Cut, impact_time: float, tared: bool) -> float | None:
     return phase.peak_force if phase else None
 
 
-def remarks(cut: Cut, typical_peak: float) -> list[str]:
-    """Why a contact may not be what it seems."""
+def remarks(cut: Cut, typical_rise: float) -> list[str]:
+    """Why a contact may not be what it seems. `typical_rise`: of the recording's contacts, N."""
     found = []
     before = approach_samples(cut.trace).time.size
     if before < LEAST_APPROACH - 4:
         found.append(f"only {before} samples before contact")
-    if cut.contact.peak < 0.2 * typical_peak:
-        found.append(f"rises to {cut.contact.peak:.3g} N only")
+    if cut.contact.rise < 0.2 * typical_rise:
+        found.append(f"rises by {cut.contact.rise:.3g} N only")
     if cut.velocity.value <= 0.0:
         found.append("the robot does not approach")
     return found

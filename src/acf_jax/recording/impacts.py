@@ -110,7 +110,7 @@ def _measured(
     impact_time: float,
 ) -> list[Cut]:
     """The cuts; without a user's decision those are kept of which nothing odd is known."""
-    typical = float(np.median([contact.peak for _, contact, _ in chosen]))
+    typical = float(np.median([contact.rise for _, contact, _ in chosen]))
     ends = [*(contact.first - 1 for _, contact, _ in chosen[1:]), session.force.time.size]
     cuts = []
     for (trial, contact, keep), limit in zip(chosen, ends, strict=True):
@@ -146,8 +146,8 @@ def _notes(session: Session, kept: Sequence[Cut], options: Contacts) -> tuple[st
     notes = list(session.notes)
     offset = float(np.median([cut.contact.offset for cut in kept]))
     noise = float(np.median([cut.contact.noise_std for cut in kept]))
-    peak = float(np.median([cut.contact.peak for cut in kept]))
-    if abs(offset) > max(3.0 * noise, 0.02 * peak) and not options.tare:
+    rise = float(np.median([cut.contact.rise for cut in kept]))
+    if abs(offset) > max(3.0 * noise, 0.02 * rise) and not options.tare:
         notes.append(
             f"the force reads {offset:.3g} N before contact; contacts: {{tare: true}} in the mapping subtracts it"
         )
