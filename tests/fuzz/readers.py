@@ -5,7 +5,7 @@ import gzip
 import hashlib
 import json
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,6 +21,9 @@ from acf_jax.diagnosis.document import SCHEMA
 from acf_jax.diagnosis.model_file import read_model, write_model
 from acf_jax.diagnosis.predict import predict
 from acf_jax.errors import InputError
+from acf_jax.recording import Mapping, Session, read_mapping, read_session
+from acf_jax.recording.review import read_review
+from acf_jax.recording.rig import read_rig_file
 from acf_jax.safety.check import Checker
 from acf_jax.safety.limits import SHIPPED, read_limits
 from acf_jax.safety.situation import read_situations
@@ -29,6 +32,7 @@ from acf_jax.surrogate.load import Shape, new_network
 from acf_jax.surrogate.saved import signed
 from tests.corrected import gap_model
 from tests.dataset.impacts import write
+from tests.recording.sessions import RIG, small
 from train.checkpoint import State, load_state, save_state
 from train.config import read_config
 
@@ -139,6 +143,12 @@ SAID = {
 }
 
 
+MAPPING = b"force: -1*/ft:z\nvelocity: {name: /v, scale: 0.001}\npretension: 60\ncontacts: {tare: true}\n"
+CUTS = (
+    b"schema: acf-import-cuts/1\nrecording: log.mcap\ncuts:\n  - {trial: t000, contact_s: 1.5, keep: true}\n"
+)
+
+
 def surrogate() -> Files:
     from acf_jax.surrogate.load import DEFAULT
 
@@ -154,7 +164,27 @@ def run_folder(folder: Path) -> None:
     campaign.diagnose_all(folder, folder / "results", 1, lambda *counted: None)
 
 
+def recording(name: str, folder: Path) -> Session:
+    return read_session(folder / name, Mapping(pretension=60.0))
+
+
+def recordings() -> Iterator[Reader]:
+    """A recording of each kind; `metadata.yaml` is that of a folder with a bag."""
+    for kind in ("mcap", "db3", "bag", "csv", "npz", "npy", "parquet"):
+        read = functools.partial(recording, f"log.{kind}")
+        yield Reader(f"recording, {kind}", functools.partial(small, kind), (f"log.{kind}",), read)
+    files = functools.partial(small, "mcap")
+    yield Reader("recording, metadata", files, ("metadata.yaml",), functools.partial(recording, ""))
+
+
 READERS = (
+    *recordings(),
+    Reader("mapping", lambda: {"mapping.yaml": MAPPING}, ("mapping.yaml",),
+           lambda folder: read_mapping(folder / "mapping.yaml", {})),
+    Reader("review", lambda: {"cuts.yaml": CUTS}, ("cuts.yaml",),
+           lambda folder: read_review(folder / "cuts.yaml", "log.mcap", 10.0)),
+    Reader("rig of a recording", lambda: {"rig.yaml": RIG.encode()}, ("rig.yaml",),
+           lambda folder: read_rig_file(folder / "rig.yaml")),
     Reader("data set", functools.cache(lambda: content_of(write)),
            ("dataset.yaml", "trials.csv", "traces/t001.csv"), read_dataset),
     Reader("conditions", beside("conditions_example.csv"), ("conditions_example.csv",),

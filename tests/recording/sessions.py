@@ -1,14 +1,15 @@
 """Made-up recordings of known impacts, and the same as bags and tables."""
 
+import tempfile
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
 import numpy as np
-from needs import need_module
 
 from acf_jax.recording.series import Series
 from tests.dataset.impacts import contact_force
+from tests.needs import need_module
 
 RATE, ROBOT, APART = 8000.0, 125.0, 0.4  # Hz, Hz, s
 CONDITIONS = tuple((v, p) for p in (60.0, 100.0) for v in (0.05, 0.2, 0.35) for _ in range(2))
@@ -205,3 +206,34 @@ def as_series(session: Made) -> tuple[Series, Series, Series]:
         Series(beats, session.velocity),
         Series(beats, session.pretension),
     )
+
+
+@cache
+def small(kind: str) -> dict[str, bytes]:
+    """The files of a sound recording of one contact."""
+    session, table = made(1, FEW[:1], rate=500.0), columns(made(1, FEW[:1], rate=500.0))
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name, f"log.{kind}")
+        if kind in ("mcap", "db3"):
+            path = write_bag(Path(name, "log"), session, "mcap" if kind == "mcap" else "sqlite3")
+        elif kind == "bag":
+            write_bag(path, session, "ros1", speed="pose")
+        elif kind == "csv":
+            write_csv(path, session)
+        elif kind == "npz":
+            np.savez(path, **table)
+        elif kind == "npy":
+            np.save(path, structured(table))
+        else:
+            arrow = need_module("pyarrow", "pip install 'acf-jax[parquet]'")
+            need_module("pyarrow.parquet").write_table(arrow.table(table), path)
+        files = path.iterdir() if path.is_dir() else [path]
+        return {file.name: file.read_bytes() for file in files}
+
+
+def structured(table: dict[str, np.ndarray]) -> np.ndarray:
+    """Columns as one array of named fields."""
+    array = np.empty(len(table["time_s"]), [(name, float) for name in table])
+    for name, values in table.items():
+        array[name] = values
+    return array

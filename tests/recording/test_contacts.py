@@ -1,10 +1,15 @@
 """Contacts, velocities and cuts against recordings whose truth is known."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from sessions import APART, Made, made
 
 from acf_jax.errors import InputError
+from acf_jax.recording import Session, find_impacts
 from acf_jax.recording.contacts import find_contacts
 from acf_jax.recording.cut import group
 from acf_jax.recording.mapping import Contacts
@@ -28,7 +33,9 @@ def test_contacts_are_found_within_a_sample(change):
     for seed in range(3):
         session = made(seed, **change)
         _, found = find_contacts(series(session), Contacts(), "force")
-        assert [contact.first for contact in found] == session.first
+        # at 1 kHz a whole impact is a dozen samples, and its onset may be put a sample early
+        early = np.array(session.first) - [contact.first for contact in found]
+        assert set(early) <= ({0} if "rate" not in change else {0, 1})
         late = np.array([c.begin for c in found]) - session.contacts
         assert np.abs(late).max() < 1e9 / change.get("rate", 8000.0)
         expected = change.get("offset", 0.0) + change.get("drift", 0.0) * 1e-9 * np.array(session.contacts)
@@ -108,3 +115,39 @@ def test_velocity_of_held_values():
 def test_conditions_are_those_of_their_repeats():
     values = [Estimate(v, 2e-4) for v in (0.0501, 0.2003, 0.0498, 0.1995, 0.35, 0.0500)]
     assert group(values).tolist() == [0.04997, 0.1999, 0.04997, 0.1999, 0.35, 0.04997]
+
+
+SHAPES = {
+    "constant": lambda rng, n: np.full(n, rng.choice([0.0, 1e-9, 100.0, -50.0])),
+    "noise": lambda rng, n: rng.normal(0.0, 10.0 ** rng.uniform(-6, 3), n),
+    "steps": lambda rng, n: np.repeat(rng.integers(-1, 4, n // 50 + 1) * 60.0, 50)[:n],
+    "pulses": lambda rng, n: (
+        200.0 * (np.sin(np.arange(n) * rng.uniform(1e-3, 0.5)) > 0.9) + rng.normal(0.0, 1.0, n)
+    ),
+    "huge": lambda rng, n: rng.normal(0.0, 1e11, n),
+}
+
+
+@settings(max_examples=80, deadline=None, derandomize=True, database=None)
+@given(
+    seed=st.integers(0, 10**6),
+    force=st.sampled_from([*SHAPES]),
+    speed=st.sampled_from([*SHAPES]),
+    is_position=st.booleans(),
+)
+def test_any_signals_end_in_cuts_or_in_faults(seed, force, speed, is_position):
+    rng = np.random.default_rng(seed)
+    sizes = rng.choice([1, 2, 30, 500, 5000], 2)
+    steps = [rng.choice([1, 10**5, 10**6, 10**9]) * rng.integers(1, 3, size) for size in sizes]
+    times = [np.cumsum(step).astype(np.int64) for step in steps]
+    with np.errstate(over="ignore"):
+        values = [SHAPES[name](rng, size) for name, size in zip((force, speed), sizes, strict=True)]
+    signals = [Series(time, value) for time, value in zip(times, values, strict=True)]
+    labels = {"force": "f", "speed": "v"}
+    session = Session(Path("any"), signals[0], signals[1], is_position, 60.0, labels, ())
+    try:
+        impacts = find_impacts(session, Contacts(), None)
+    except InputError as error:
+        assert error.faults
+    else:
+        assert len(impacts.kept) >= 3 and all(np.isfinite(cut.velocity.value) for cut in impacts.kept)

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from click.testing import CliRunner
 from needs import need_module
-from sessions import BEGIN, FEW, RIG, columns, made, write_bag, write_csv
+from sessions import BEGIN, FEW, RIG, columns, made, structured, write_bag, write_csv
 
 from acf_jax.cli.main import commands
 from acf_jax.dataset import read_dataset
@@ -49,11 +49,7 @@ def as_npz(folder: Path):
 
 
 def as_npy(folder: Path):
-    table = columns(session())
-    array = np.empty(table["time_s"].size, [(name, float) for name in table])
-    for name, values in table.items():
-        array[name] = values
-    np.save(folder / "log.npy", array)
+    np.save(folder / "log.npy", structured(columns(session())))
     return folder / "log.npy", {}
 
 
@@ -247,8 +243,8 @@ def test_what_has_to_be_named_is_listed(tmp_path):
     table = columns(session())
     np.savez(tmp_path / "log.npz", **table, force_2=table["force_n"])
     said = refused(tmp_path, tmp_path / "log.npz")
-    assert "force_n, force_2 may all be the force; name it by --force" in said
-    assert "\n  force_2           array" in said
+    assert "'force_n', 'force_2' may all be the force; name it by --force" in said
+    assert "'force_2' (array)" in said
     assert "did you mean 'force_n'" in refused(tmp_path, tmp_path / "log.npz", "--force", "force_m")
     bag = write_bag(tmp_path / "bag", session(), "mcap", axis="x")
     assert "shows no contact" in refused(tmp_path, bag)

@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from acf_jax.dataset.table import shown
 from acf_jax.errors import InputError
 from acf_jax.recording.mapping import Mapping, Source
 from acf_jax.recording.readers import Recording
 from acf_jax.recording.series import Channel
 
-_SHOWN = 30  # topics or columns of a listing
+_SHOWN = 10  # topics or columns of a message
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ def choose(path: Path, recording: Recording, mapping: Mapping) -> Chosen:
         if len(found) == 1:
             alone.append(f"{role} {recording.described(found[0])}")
             return found[0]
-        names = ", ".join(source.name for source in found)
+        names = ", ".join(shown(source.name) for source in found[:_SHOWN])
         what = f"{names} may all be the {role}" if found else f"nothing is clearly the {role}"
         faults.append(f"{path}: {what}; {remedy}")
         return None
@@ -55,7 +56,7 @@ def choose(path: Path, recording: Recording, mapping: Mapping) -> Chosen:
     )
     pretension = pick("pretension", mapping.pretension, "name it by --pretension, or give it there in N")
     if faults:
-        raise InputError([*faults, f"{path} offers\n{listing(recording.channels())}"])
+        raise InputError([*faults, f"{path}: offers {_in_a_line(recording.channels())}; `--list` shows all"])
     assert isinstance(force, Source) and speed is not None and pretension is not None
     notes = [f"taken, each the only candidate: {', '.join(alone)}"] if alone else []
     place = isinstance(speed, Source) and (mapping.position is not None or recording.is_position(speed))
@@ -66,10 +67,14 @@ def choose(path: Path, recording: Recording, mapping: Mapping) -> Chosen:
 
 def listing(channels: Sequence[Channel]) -> str:
     """Topics or columns with their types, one a line."""
-    shown = channels[:_SHOWN]
-    width = max((len(c.name) for c in shown), default=0)
+    width = max((len(c.name) for c in channels), default=0)
     lines = [
-        f"  {c.name:<{width}}  {c.type}" + (f", {c.count:,}" if c.count is not None else "") for c in shown
+        f"  {c.name:<{width}}  {c.type}" + (f", {c.count:,}" if c.count is not None else "") for c in channels
     ]
-    rest = len(channels) - len(shown)
-    return "\n".join([*lines, *([f"  and {rest} more"] if rest else [])]) or "  nothing"
+    return "\n".join(lines) or "  nothing"
+
+
+def _in_a_line(channels: Sequence[Channel]) -> str:
+    some = [f"{shown(c.name)} ({c.type[:40]})" for c in channels[:_SHOWN]]
+    rest = len(channels) - len(some)
+    return ", ".join(some) + (f" and {rest} more" if rest else "") or "nothing"

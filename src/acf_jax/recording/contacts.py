@@ -22,6 +22,7 @@ DEBOUNCE = 3  # samples: shorter gaps and runs are chatter and spikes
 LEAST_APPROACH = 20  # samples, as a data set wants
 _WINDOW = 0.02  # s, over which level and noise are taken
 _APPROACH = 0.25  # s before a contact that tell its offset and noise
+_OBVIOUS = 30.0  # standard deviations of the noise at which an onset needs no more samples
 _BLOCK = 1 << 20  # samples handled at once
 _MOST = 10_000  # contacts
 
@@ -183,9 +184,11 @@ def _onset(
     A force that jumps was touched anywhere in the last interval: half of it. One that climbs from the offset
     began where the line meets it.
     """
-    end = min(crossing + 2 * DEBOUNCE, stop)
-    begin = max(approach, crossing - 10 * DEBOUNCE)
     scale = max(noise, 1e-9 * max(abs(offset), 1.0))
+    # a slow climb needs more samples than a jump to stand out of the noise
+    clear = np.argmax(force[crossing : crossing + 4 * DEBOUNCE] > offset + _OBVIOUS * scale)
+    end = min(crossing + max(int(clear), DEBOUNCE + 1), stop)
+    begin = max(approach, crossing - 10 * DEBOUNCE)
     rest = (force[begin:end] - offset) / scale
     quiet = np.r_[0.0, np.cumsum(rest**2)]
     losses, slopes, heights = [], [], []

@@ -43,7 +43,7 @@ def parse_source(text: str) -> Source:
     """The signal that `[SCALE*]NAME` names; behind a topic, which begins with /, a colon and a field may follow."""
     found = _TEXT.fullmatch(text)
     if found is None:
-        raise ValueError("must name a topic or a column")
+        raise ValueError("names nothing; name a topic or a column")
     scale, name = float(found["scale"] or 1.0), found["name"].strip()
     topic, colon, field = name.partition(":")
     if name.startswith("/") and colon:

@@ -50,7 +50,7 @@ def recognises(path: Path) -> bool:
     """A folder of a ROS 2 bag, or a file of one of the suffixes."""
     if path.is_dir():
         return any(any(path.glob(pattern)) for pattern in ("metadata.yaml", "*.mcap", "*.db3"))
-    return path.suffix.lower() in SUFFIXES
+    return path.is_file() and path.suffix.lower() in SUFFIXES
 
 
 def open_recording(path: Path, time: str | None, time_scale: float | None) -> "Bag":
@@ -77,9 +77,13 @@ class Bag:
         with border(self.path, self.faults, self.remedy):
             self.reader = (Reader1 if self.is_ros1 else Reader2)(self.path)
             self.reader.open()
-            self.topics = {c.topic: c.msgtype for c in self.reader.connections}
-            counts = {topic: info.msgcount for topic, info in self.reader.topics.items()}
-        self.counts: dict[str, int] = counts
+        try:
+            with border(self.path, self.faults, self.remedy):
+                self.topics: dict[str, str] = {c.topic: c.msgtype for c in self.reader.connections}
+                self.counts: dict[str, int] = {t: info.msgcount for t, info in self.reader.topics.items()}
+        except InputError:
+            self.close()
+            raise
 
     @staticmethod
     def _storage(path: Path) -> Path:
