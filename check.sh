@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Format, lint, types, tests and examples, in one command; needs `pip install ".[dev]"` once.
+# Format, lint, types, the documentation's site, tests and examples, in one command; needs `pip install ".[dev]"` once.
 set -euo pipefail
 cd "$(dirname "$0")"
 ruff format --check .
 ruff check .
 mypy
+NO_MKDOCS_2_WARNING=1 mkdocs build -q --strict
 # The README's test command, word for word (tests/test_package.py compares them).
 pip install -q ".[test]" && python -m pytest -q "$@"

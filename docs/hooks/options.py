@@ -1,0 +1,37 @@
+"""Hook of mkdocs: `<!-- options: peak -->` becomes the table of the command's arguments and options."""
+
+import re
+from typing import Any
+
+import click
+
+from acf_jax.cli.main import commands
+
+MARK = re.compile(r"<!-- options: ([a-z ]+) -->")
+
+
+def on_page_markdown(markdown: str, **page: Any) -> str:
+    """The page with each mark replaced."""
+    return MARK.sub(lambda mark: _table(mark[1].split()), markdown)
+
+
+def _table(path: list[str]) -> str:
+    command: click.Command = commands
+    context = click.Context(command)
+    for name in path:
+        assert isinstance(command, click.Group), path
+        found = command.get_command(context, name)
+        assert found is not None, f"no command {' '.join(path)}"
+        command = found
+    rows = [
+        _row(parameter, context) for parameter in command.params if not getattr(parameter, "hidden", False)
+    ]
+    return "\n".join(["| | |", "|---|---|", *rows])
+
+
+def _row(parameter: click.Parameter, context: click.Context) -> str:
+    if isinstance(parameter, click.Argument):
+        return f"| `{parameter.human_readable_name.upper()}` | see above |"
+    assert isinstance(parameter, click.Option)
+    words, text = parameter.get_help_record(context) or ("", "")
+    return f"| `{words}` | {text} |".replace("[", "\\[")
