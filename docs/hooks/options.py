@@ -1,5 +1,6 @@
-"""Hook of mkdocs: `<!-- options: peak -->` becomes the table of the command's arguments and options."""
+"""Hooks of mkdocs: `<!-- options: peak -->` becomes the table of a command's options; pages load nothing from elsewhere."""
 
+import logging
 import re
 from typing import Any
 
@@ -7,12 +8,21 @@ import click
 
 from acf_jax.cli.main import commands
 
+log = logging.getLogger("mkdocs.hooks.options")  # a warning of mkdocs ends a strict build
+ELSEWHERE = re.compile(r'<(?:script|img|link)[^>]+(?:src|href)="(?:https?:)?//[^"]+')
 MARK = re.compile(r"<!-- options: ([a-z ]+) -->")
 
 
 def on_page_markdown(markdown: str, **page: Any) -> str:
     """The page with each mark replaced."""
     return MARK.sub(lambda mark: _table(mark[1].split()), markdown)
+
+
+def on_post_page(output: str, **kept: Any) -> str:
+    """The page as it is, once it is known to load nothing."""
+    for found in ELSEWHERE.findall(output):
+        log.warning("%s loads %s", kept["page"].file.src_path, found)
+    return output
 
 
 def _table(path: list[str]) -> str:

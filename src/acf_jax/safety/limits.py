@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from acf_jax.dataset.table import Row, Table, read_table
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 
 SHIPPED = Path(__file__).with_name("iso_ts_15066.csv")
 TEXT = ("body_region", "specific_location")
@@ -59,7 +59,7 @@ class Limits(NamedTuple):
         }
         close = difflib.get_close_matches(wanted, words, n=1, cutoff=0.6)
         hint = f"did you mean '{words[close[0]]}'?" if close else f"known are {', '.join(names)}"
-        raise InputError(f"body area '{name}' is not in {self.source}; {hint}")
+        raise InputError(f"body area {shown(name)} is not in {self.source}; {hint}")
 
 
 def read_limits(path: Path | None = None) -> Limits:
