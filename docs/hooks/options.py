@@ -1,4 +1,4 @@
-"""Hooks of mkdocs: `<!-- options: peak -->` becomes the table of a command's options; pages load nothing from elsewhere."""
+"""Hooks of mkdocs: a mark `<!-- options: peak -->` becomes a table of options; pages load nothing from elsewhere."""
 
 import logging
 import re
