@@ -8,9 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from scipy.optimize import least_squares
 
 from acf_jax.errors import InputError
 from acf_jax.worlds import Impact, answer_of, distance, draw_setup, find_world, make_case, write_case
+from acf_jax.worlds.distance import LEAST, signature
+from acf_jax.worlds.interface import Rig
 from acf_jax.worlds.setup import Noise
 
 
@@ -78,6 +81,38 @@ def test_distance_counts_repeats_and_falls_with_noise():
     assert once < distance(world, replace(setup, repeats=4), [cause]) <= 2.0 * once * (1.0 + 1e-9)
     louder = replace(setup, noise=Noise(10.0 * setup.noise.std, 0.0))
     assert distance(world, louder, [cause]) < once
+
+
+def test_the_distance_is_what_a_bounded_fit_leaves():
+    """The rig that imitates a damped contact best has no spring at all: k_F stays at its bound."""
+    world, drawn = find_world("scipy"), draw_setup(np.random.default_rng(5), coloured=False)
+    setup = replace(drawn, conditions=drawn.conditions[2:5], interval=2 * drawn.interval)
+    causes = [world.draw("contact_damping", 1, setup.rig, 0.05)]
+    pairs, time = signature(world, setup, causes), setup.time[setup.time > 0.0]
+    value, std = (
+        np.array([setup.rig.m, setup.rig.d, setup.rig.k_f, setup.rig.k_c]),
+        np.array(setup.prior)[:, 1],
+    )
+    trigger = max(setup.jitter, 0.5) * setup.interval / np.sqrt(3.0)
+
+    def residual(z):
+        theta, own = z[:4], z[4:].reshape(-1, 3)
+        rows = [theta]
+        for impact, (_, force, _), (v, f, late) in zip(setup.conditions, pairs, own, strict=True):
+            moved = Impact(impact.v_e * (1 + setup.spread * v), impact.f_p * (1 + setup.spread * f))
+            answer = world.respond(Rig(*(value + std * theta)), [], moved, time, after_loss=np.inf).sensed[
+                : force.size
+            ]
+            left = force - answer - np.gradient(answer, time[: force.size]) * late * trigger
+            rows += [
+                np.sqrt(setup.repeats) * part for part in (setup.noise.whiten(left), np.array([v, f, late]))
+            ]
+        return np.concatenate(rows)
+
+    low = np.concatenate([(LEAST - 1) * value / std, np.full(9, -np.inf)])
+    fitted = least_squares(residual, np.zeros(13), bounds=(low, np.inf), diff_step=1e-4)
+    assert fitted.x[2] == pytest.approx(low[2], rel=1e-3)
+    assert distance(world, setup, causes) == pytest.approx(np.sqrt(2 * fitted.cost), rel=8e-3)
 
 
 @pytest.mark.parametrize("coloured", [False, True])

@@ -10,7 +10,8 @@ from acf_jax.worlds.interface import AbstractWorld, Array, Impact, Rig
 from acf_jax.worlds.setup import Setup
 
 NAMES = ("m", "d", "k_f", "k_c")
-ADJUSTMENTS = 6  # of the imitating rig, at most
+ADJUSTMENTS = 12  # of the imitating rig, at most
+LEAST = 0.02  # share of its true value below which no constant of the imitating rig goes
 Pair = tuple[Array, Array, Array]  # time s, force with the causes N, force without N
 
 
@@ -66,6 +67,8 @@ class Tangents:
     def distance(self, pairs: Sequence[Pair]) -> float:
         """What no adjustment removes of the difference of the pairs, see `distance`."""
         theta, own = np.zeros(4), np.zeros((len(pairs), 3))
+        low = np.array([(LEAST - 1) * getattr(self.setup.rig, n) for n in NAMES])
+        low /= [std for _, std in self.setup.prior]
         best = np.inf
         for _ in range(ADJUSTMENTS):
             left = [f - self._adjusted(c, theta, own[c], f.size) for c, (_, f, _) in enumerate(pairs)]
@@ -86,7 +89,7 @@ class Tangents:
                 normal += repeats * (j.T @ j - j.T @ k @ inverse @ k.T @ j)
                 gradient += repeats * (j.T @ residual - j.T @ k @ inverse @ on_own)
                 parts.append((inverse, on_own, k.T @ j))
-            step = np.linalg.solve(normal, gradient)
+            step = _within(normal, gradient, theta, low)
             theta = theta + step
             own = own + np.stack([inverse @ (on_own - cross @ step) for inverse, on_own, cross in parts])
         return float(np.sqrt(best))
@@ -96,7 +99,7 @@ class Tangents:
         setup = self.setup
         impact = setup.conditions[c]
         values = {
-            name: max(getattr(setup.rig, name) + u * std, 0.02 * getattr(setup.rig, name))
+            name: getattr(setup.rig, name) + u * std
             for name, u, (_, std) in zip(NAMES, theta, setup.prior, strict=True)
         }
         moved = Impact(impact.v_e * (1 + setup.spread * own[0]), impact.f_p * (1 + setup.spread * own[1]))
@@ -127,6 +130,19 @@ class Tangents:
         theta, *_ = np.linalg.lstsq(design, target)
         left = target - design @ theta
         return np.asarray(left.T @ left)
+
+
+def _within(normal: Array, gradient: Array, theta: Array, low: Array) -> Array:
+    """The Gauss-Newton step that leaves no parameter below its bound: those that would fall are held there."""
+    step = np.linalg.solve(normal, gradient)
+    held = np.zeros(theta.size, bool)
+    while (falling := ~held & (theta + step < low)).any():
+        held |= falling
+        step[held] = (low - theta)[held]
+        free = ~held
+        rest = gradient[free] - normal[np.ix_(free, held)] @ step[held]
+        step[free] = np.linalg.solve(normal[np.ix_(free, free)], rest)
+    return step
 
 
 def distance(
