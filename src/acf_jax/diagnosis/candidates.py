@@ -5,11 +5,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit, fit, linearise
+from acf_jax.diagnosis.fit import ITERATIONS, Fit, fit, linearise
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.project import Projector
-from acf_jax.diagnosis.space import Explanation, classes, component_of, coordinates, every_effect, starts
+from acf_jax.diagnosis.space import Explanation, classes, coordinates, every_effect, starts
 from acf_jax.effects import library
 
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
@@ -25,15 +25,18 @@ def fit_single(observations: Observations, nominal: Fit, name: str) -> Fit:
     """One effect or port added to the paper's model, the best of its starts.
 
     Besides the effect's own starts, which begin at the rig's prior, one begins at the recalibrated model with the
-    strength that explains most of what it leaves: a weak effect is a small step from there.
+    strength that explains most of what it leaves: a weak effect is a small step from there. A port begins there too, so
+    that it never explains less than the paper's model.
     """
     prior = observations.prior.values
     fits = [fit(observations, (name,), np.concatenate([prior, start, [0.0]])) for start in starts(name)]
     if name in library():
         gain, start = promise(observations, nominal, Projector.at(nominal.linear), name)
-        if gain > HINT:
-            theta = np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]])
-            fits.append(fit(observations, (name,), theta, nominal.own, warm=True))
+    else:
+        gain, start = np.inf, np.array(starts(name)[0])
+    if gain > HINT:
+        theta = np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]])
+        fits.append(fit(observations, (name,), theta, nominal.own, warm=True))
     return best(fits)
 
 
@@ -55,27 +58,43 @@ def promise(
     return gain, parameters
 
 
-def fit_more(observations: Observations, fitted: Fit, name: str) -> Fit:
-    """A fitted explanation with one more effect."""
+def fit_more(
+    observations: Observations,
+    fitted: Fit,
+    name: str,
+    promised: np.ndarray | None = None,
+    iterations: int = ITERATIONS,
+) -> Fit:
+    """A fitted explanation with one more effect, from its strong start and from what it promised, see `promise`."""
     own = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
 
-    def begin(start: list[float]) -> np.ndarray:
+    def begin(start: np.ndarray) -> np.ndarray:
         middle = [own.get(effect, start) for effect in explanation]
         return np.concatenate([fitted.theta[:4], *middle, fitted.theta[-1:]])
 
-    return best(fit(observations, explanation, begin(start), fitted.own) for start in starts(name))
+    own_starts = [np.array(starts(name)[-1])] + ([] if promised is None else [promised])
+    return best(
+        fit(observations, explanation, begin(start), fitted.own, iterations=iterations)
+        for start in own_starts
+    )
 
 
-def partners(observations: Observations, fitted: Fit, effects: Sequence[str]) -> list[tuple[str, float]]:
-    """The effects by what they promise to explain of what a fit leaves, see `promise`."""
+def go_on(observations: Observations, fitted: Fit) -> Fit:
+    """A fit that was ended early, carried on."""
+    return fit(observations, fitted.explanation, fitted.theta, fitted.own)
+
+
+def partners(
+    observations: Observations, fitted: Fit, effects: Sequence[str]
+) -> list[tuple[str, float, np.ndarray]]:
+    """The other effects with what each promises to explain of what a fit leaves, see `promise`."""
     projector = Projector.at(fitted.linear)
-    gains = [
-        (name, promise(observations, fitted, projector, name)[0])
+    return [
+        (name, *promise(observations, fitted, projector, name))
         for name in effects
         if name not in fitted.explanation
     ]
-    return sorted(gains, key=lambda item: -item[1])
 
 
 def signatures(
@@ -83,23 +102,19 @@ def signatures(
 ) -> Iterator[tuple[list[float], np.ndarray, bool]]:
     """Each start of an effect with the whitened change of the prediction, and whether the sign of its strength is free.
 
-    The effect meets the fitted rig alone, but is read through the fitted sensor.
+    The effect meets the fitted rig alone.
     """
-    sensor = tuple(e for e in fitted.explanation if component_of(e) == "sensor")
-    own = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
-    explanation = tuple(sorted((*sensor, name)))
 
     def predict(explanation: Explanation, start: list[float]) -> np.ndarray:
-        blocks = [own[e] if e in own else np.array(start) for e in explanation]
-        theta = np.concatenate([fitted.theta[:4], *blocks, fitted.theta[-1:]])
+        theta = np.concatenate([fitted.theta[:4], start, fitted.theta[-1:]])
         space = coordinates(observations.prior, explanation, 1.0)
         return -linearise(
             observations, explanation, space, space.coordinate(theta), fitted.own, fitted.grid
         ).residual
 
-    without = predict(sensor, [])
+    without = predict((), [])
     for start in starts(name):
-        changed = predict(explanation, start) - without
+        changed = predict((name,), start) - without
         if np.isfinite(changed).all():
             yield start, changed, every_effect()[name].parameters()[0].low < 0
 

@@ -18,6 +18,7 @@ STEP_PER_RADIAN = 0.1  # omega h of the grid
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 COARSEST = 100.0  # a fit that misses by so much more than noise stops at so much larger a gain
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
+ITERATIONS = 40  # of a fit, at most
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 
 
@@ -186,7 +187,7 @@ def fit(
     start: np.ndarray,
     own: np.ndarray | None = None,
     warm: bool = False,
-    iterations: int = 40,
+    iterations: int = ITERATIONS,
     tolerance: float = 1e-5,
 ) -> Fit:
     """The most probable parameters from one start.

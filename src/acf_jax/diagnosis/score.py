@@ -25,17 +25,19 @@ class Weights:
     half chi-square x/2 that an explanation leaves above the best one counts as
     nu/2 log(1 + x / (nu + rho^2 G)), G the chi-square of the whole gap: the likelihood itself for a small gap, and
     for a large one about nu/2 for each factor of e by which it fits worse than form errors of the relative size rho.
-    What the rig's own parameters had to leave their priors counts in full, under a Student prior with heavy tails.
+    The paper's model alone has no form to be wrong: only noise that is not known exactly tempers what it leaves.
+    What the rig's own parameters had to leave their priors counts under a Student prior with heavy tails.
     """
 
-    nu: float = 14.0  # how many independent pieces a misfit of form has
-    rho_squared: float = 0.02  # the share of the gap that a wrong form leaves
-    effect: float = 3.9  # cost of one effect, in log probability
-    second: float = 5.8  # cost of each further one
-    port: float = 8.0  # cost of the free discrepancy at a port
-    nameless: float = 24.0  # cost of a cause that neither the library nor the ports can imitate
-    freedom: float = 16.0  # degrees of freedom of the Student prior of the rig's parameters
-    margin: float = 0.06  # by which the chi-square of a sample may exceed 1: noise is not known exactly
+    nu: float = 16.0  # how many independent pieces a misfit of form has
+    nu_noise: float = 50.0  # the same for noise that is not as it is said to be
+    rho_squared: float = 0.065  # the share of the gap that a wrong form leaves
+    effect: float = 7.0  # cost of one effect, in log probability
+    second: float = 5.0  # cost of each further one
+    port: float = 11.8  # cost of the free discrepancy at a port
+    nameless: float = 12.7  # cost of a cause that neither the library nor the ports can imitate
+    freedom: float = 22.0  # degrees of freedom of the Student prior of the rig's parameters
+    margin: float = 0.056  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
 
 WEIGHTS = Weights()
@@ -68,9 +70,7 @@ class Evidence(NamedTuple):
 
     explanation: Explanation
     chi_square: float
-    strain: tuple[
-        float, ...
-    ]  # squared deviations of m, d, k_F, k_C from their priors, in standard deviations
+    strain: tuple[float, ...]  # squared deviations of m, d, k_F, k_C from their priors, in prior std
 
 
 def evidence_of(fitted: Fit) -> Evidence:
@@ -88,8 +88,10 @@ def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WE
     rig = np.array([e.strain for e in evidence])
     chi2 = np.append([e.chi_square for e in evidence], noise)
     excess, gap = chi2 - chi2.min(), chi2[0] - chi2.min()
-    nu = min(weights.nu, samples / SAMPLES_A_PIECE)
+    pieces = samples / SAMPLES_A_PIECE
+    nu, nu_noise = min(weights.nu, pieces), min(weights.nu_noise, pieces)
     misfit = 0.5 * nu * np.log1p(excess / (nu + weights.rho_squared * gap))
+    misfit[0] = 0.5 * nu_noise * np.log1p(gap / nu_noise)
     strained = 0.5 * weights.freedom * np.log1p(rig / weights.freedom).sum(1)
     costs = [cost(e.explanation, weights) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])

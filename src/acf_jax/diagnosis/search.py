@@ -1,6 +1,6 @@
-"""Which explanations are fitted: every single effect and port, then pairs by forward search."""
+"""Which explanations are fitted: every single effect and port, then more effects together by forward search."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 import numpy as np
@@ -11,10 +11,11 @@ from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.space import Explanation
 
-LEADERS = 3  # single effects from which the forward search goes on
-UNEXPLAINED = 1.5  # chi-square of a sample above which twice as many effects lead
-PARTNERS = 3  # effects that are tried beside each of them
-WORTH_A_SECOND = 9.0  # chi-square that a partner has to promise before the pair is fitted
+LEADERS = 3  # explanations from which the forward search goes on
+UNEXPLAINED = 1.5  # chi-square of a sample above which an explanation leaves much
+PAIRS, TRIPLES = 8, 4  # that are fitted
+GLANCE = 6  # iterations after which pairs are compared where little is explained
+WORTH_ONE_MORE = 9.0  # chi-square that one more effect has to promise before it is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
 
 Progress = Callable[[str], None]
@@ -31,19 +32,61 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     ]
     fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
-    alone = [f for f in fits if not is_port(f.explanation) and np.isfinite(f.objective)]
-    alone.sort(key=lambda f: f.objective)
-    explained = 2 * alone[0].objective < UNEXPLAINED * observations.n_used
-    wanted: dict[Explanation, tuple[Fit, str]] = {}
-    for leader in alone[: LEADERS if explained else 2 * LEADERS]:
-        for name, gain in candidates.partners(observations, leader, effects)[:PARTNERS]:
-            if gain > WORTH_A_SECOND:
-                wanted.setdefault(tuple(sorted((*leader.explanation, name))), (leader, name))
-    fits += candidates.in_parallel(
-        [partial(candidates.fit_more, observations, f, name) for f, name in wanted.values()]
-    )
+
+    def unexplained(fits: Sequence[Fit]) -> bool:
+        return 2 * min(f.objective for f in fits) > UNEXPLAINED * observations.n_used
+
+    alone = _best_first(f for f in fits if not is_port(f.explanation))
+    hard = unexplained(alone)
+    grow = _try_all if hard else _grow
+    pairs = grow(observations, alone[: LEADERS + hard], effects, PAIRS)
+    fits += pairs
+    if pairs and unexplained(pairs):
+        fits += _grow(observations, _best_first(pairs)[:LEADERS], effects, TRIPLES)
     # a simulation that broke down at every start explains nothing
     return recalibrated, [f for f in fits if np.isfinite(f.objective)]
+
+
+def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[str], most: int) -> list[Fit]:
+    """The leaders with one more effect: of all such explanations those `most` that promise to fit best."""
+    promised = [
+        (leader.objective - 0.5 * gain, leader, name, start)
+        for leader in leaders
+        for name, gain, start in candidates.partners(observations, leader, effects)
+        if gain > WORTH_ONE_MORE
+    ]
+    wanted: dict[Explanation, tuple[Fit, str, np.ndarray]] = {}
+    for _, leader, name, start in sorted(promised, key=lambda item: item[0]):
+        if len(wanted) < most:
+            wanted.setdefault(tuple(sorted((*leader.explanation, name))), (leader, name, start))
+    return candidates.in_parallel(
+        [partial(candidates.fit_more, observations, *more) for more in wanted.values()]
+    )
+
+
+def _try_all(
+    observations: Observations, leaders: Sequence[Fit], effects: Sequence[str], most: int
+) -> list[Fit]:
+    """The leaders with each other effect: those `most` that fit best after a glance.
+
+    Far from the data a promise to first order says little.
+    """
+    wanted: dict[Explanation, tuple[Fit, str]] = {}
+    for leader in leaders:
+        for name in effects:
+            if name not in leader.explanation:
+                wanted.setdefault(tuple(sorted((*leader.explanation, name))), (leader, name))
+    glances = candidates.in_parallel(
+        [partial(candidates.fit_more, observations, *more, iterations=GLANCE) for more in wanted.values()]
+    )
+    return candidates.in_parallel(
+        [partial(candidates.go_on, observations, glance) for glance in _best_first(glances)[:most]]
+    )
+
+
+def _best_first(fits: Iterable[Fit]) -> list[Fit]:
+    """The fits that did not break down, the best first."""
+    return sorted((f for f in fits if np.isfinite(f.objective)), key=lambda f: f.objective)
 
 
 def outliers(observations: Observations, fitted: Fit) -> dict[str, str]:

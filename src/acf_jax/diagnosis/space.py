@@ -18,6 +18,7 @@ RIG = (
 LEAST_SHARE = np.array(
     [0.05, 0.0, 0.0, 0.02]
 )  # of a rig parameter's prior value: mass and contact never vanish
+ROUNDING = 1e-12
 PRIOR_WIDTH = 3.0  # width of the prior of a strength, in its typical values
 
 Explanation = tuple[str, ...]  # ids of effects in alphabetical order, or of one port; () is the paper's model
@@ -55,9 +56,9 @@ class Coordinates(NamedTuple):
     def value(self, u: np.ndarray) -> np.ndarray:
         """The parameters in SI units."""
         z = self.width * u
-        return np.where(
-            self.logarithmic, self.centre * np.exp(np.where(self.logarithmic, z, 0.0)), self.centre + z
-        )
+        linear = self.centre + z
+        linear = np.where(np.abs(linear) < ROUNDING * np.abs(self.centre), 0.0, linear)  # at a bound of zero
+        return np.where(self.logarithmic, self.centre * np.exp(np.where(self.logarithmic, z, 0.0)), linear)
 
     def slope(self, u: np.ndarray) -> np.ndarray:
         """d value / d u."""

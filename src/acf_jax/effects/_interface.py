@@ -67,6 +67,7 @@ class AbstractEffect(eqx.Module):
     component: ClassVar[Component]
     title: ClassVar[str]
     n_own: ClassVar[int] = 0
+    n_memory: ClassVar[int] = 2  # entries of the memory of `sense`
 
     def robot_displacement(
         self, rig: Rig, impact: Impact, t: Scalar, own: Float[Array, " n_own"]
@@ -99,8 +100,8 @@ class AbstractEffect(eqx.Module):
         return jnp.zeros_like(own)
 
     def sense(
-        self, f: tuple[Scalar, Scalar], h: Scalar, memory: Float[Array, " 2"]
-    ) -> tuple[Float[Array, " 2"], Scalar]:
+        self, f: tuple[Scalar, Scalar], h: Scalar, memory: Float[Array, " n_memory"]
+    ) -> tuple[Float[Array, " n_memory"], Scalar]:
         """The reading at the end of a step of h seconds over which the force went linearly from f[0] to f[1].
 
         `memory` starts at zero (no force before contact). Returns the new memory and the reading (N).

@@ -115,7 +115,7 @@ def simulate(
     system = _System(rig, impact, tuple(effects), jnp.asarray(pull, float))
     y_0 = _State(jnp.zeros(()), jnp.zeros(()), tuple(jnp.zeros(e.n_own) for e in effects))
     f_0 = system.motion(jnp.zeros(()), y_0).f_c
-    memory_0 = tuple(jnp.zeros(2) for _ in effects)
+    memory_0 = tuple(jnp.zeros(e.n_memory) for e in effects)
 
     def sense(
         before: tuple[Scalar, ...], f: Scalar, h: Scalar, memories: tuple[Array, ...]

@@ -8,10 +8,11 @@ LAG = 5e-4  # s
 
 
 class UnknownSensor(AbstractEffect):
-    """A reading as a free function of the force, its short past and its rate of change."""
+    """A reading as a free function of the force, its short past, its rate of change and the force at first contact."""
 
     component = "sensor"
     title = "Unknown cause at the sensor"
+    n_memory = 3
 
     gain: Scalar = strength("1", -0.8, 3.0, (0.02,), 0.1, "in proportion to the force")
     square_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "at 100 N, with the square of the force")
@@ -21,6 +22,8 @@ class UnknownSensor(AbstractEffect):
     drift_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "with the integral of the force, per 1 N s")
     offset_n: Scalar = strength("N", -200.0, 200.0, (0.0,), 2.0, "constant while in contact")
 
+    first: Scalar = strength("1", -2.0, 2.0, (0.0,), 0.05, "in proportion to the force at first contact")
+
     def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:
         decay = jnp.exp(-h / LAG)
         lagged = decay * memory[0] + (1 - decay) * (f[0] + f[1]) / 2
@@ -28,4 +31,5 @@ class UnknownSensor(AbstractEffect):
         u = f[1] / F_0
         static = self.gain * f[1] + self.square_n * u * jnp.abs(u) + self.cube_n * u**3 + self.offset_n
         past = (self.lagging + self.rate_s / LAG) * (lagged - f[1]) + self.drift_n * impulse
-        return jnp.stack([lagged, impulse]), f[1] + static + past
+        first = jnp.where(memory[2] == 0.0, f[1], memory[2])
+        return jnp.stack([lagged, impulse, first]), f[1] + static + past + self.first * first
