@@ -86,8 +86,8 @@ def pressure_verdict(a: "Answer") -> str:
     return "not allowed" if lowest > a.pressure_limit else "not decidable"
 
 
-def document(answer: "Answer", checker: "Checker", limits: "Limits") -> dict[str, Any]:
-    """One verdict for programs."""
+def document(answer: "Answer", checker: "Checker", limits: "Limits", alone: bool) -> dict[str, Any]:
+    """One verdict for programs; with the highest allowed velocity, which takes a search, where it stands alone."""
     from acf_jax.safety.check import STATEMENT, assumptions
 
     a, s = answer, answer.situation
@@ -108,7 +108,7 @@ def document(answer: "Answer", checker: "Checker", limits: "Limits") -> dict[str
         "force_limit_n": a.force_limit,
         "pressure_not_exceeded_n_cm2": a.pressure,
         "pressure_limit_n_cm2": a.pressure_limit,
-        "highest_allowed_velocity_m_per_s": checker.highest_speed(s) if a.force_limit is not None else None,
+        "highest_allowed_velocity_m_per_s": checker.highest_speed(s) if alone and a.force_limit else None,
         "standard_v_max_m_per_s": a.standard_speed,
         "decided_by": a.decided_by,
         "limits": limits.source,

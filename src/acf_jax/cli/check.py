@@ -139,7 +139,7 @@ def command(
 
         write_text(out, words.table(situations, answers))
     if as_json:
-        documents = [words.document(a, checker, limits) for a in answers]
+        documents = [words.document(a, checker, limits, alone=situations is None) for a in answers]
         echo_json(documents[0] if situations is None else {"situations": documents})
     elif out is not None:
         click.echo(words.summary(out, answers, limits))
