@@ -94,7 +94,7 @@ def test_messages_of_unknown_types(bags, tmp_path):
 TEXTS = {
     "": "is empty",
     "1,2,3\n4,5,6\n": "first line must name the columns",
-    "time_s,force_n,velocity\n0.1,x,1\n": "row 2: force_n is 'x', not a number",
+    "# a logger\ntime_s,force_n,velocity\n0.1,1,1\n\n0.2,x,1\n": "row 5: force_n is 'x', not a number",
     "time_s,force_n,velocity\n0.1,1\n0.2,1,1,1\n": "row 2: has 2 cells, not 3",
     "time_s,force_n,velocity\n": "holds no samples",
     "time_s,force_n,force_n\n": "is there twice",

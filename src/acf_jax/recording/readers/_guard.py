@@ -50,8 +50,5 @@ def in_words(error: Exception) -> str:
     """An exception on one short line."""
     text = " ".join(str(error).split()).rstrip(".") or "it is damaged"
     text = text if len(text) <= 160 else text[:157] + "..."
-    return (
-        text
-        if isinstance(error, OSError) or type(error).__name__.endswith("ReaderError")
-        else (f"{type(error).__name__}: {text}")
-    )
+    speaks = isinstance(error, OSError) or type(error).__name__.endswith("ReaderError")
+    return text if speaks else f"{type(error).__name__}: {text}"

@@ -71,41 +71,44 @@ def _chunks(
         rows = csv.reader(lines, delimiter=separator, strict=True)
         faults: list[str] = []
         cells: list[list[str]] = []
+        numbers: list[int] = []
         for row in within(rows, path, _FAULTS, _REMEDY):
             if not any(row):
                 continue
-            if len(row) != len(names) and any(cell.strip() for cell in row[len(names) :] or [row[-1]]):
-                number = skipped + 1 + rows.line_num
-                faults.append(f"{path} row {number}: has {len(row)} cells, not {len(names)}; correct the row")
-            elif len(row) < len(names):
-                row += [""] * (len(names) - len(row))
-            if len(faults) >= SHOWN:
-                raise InputError(faults)
-            cells.append([row[place] if place < len(row) else "" for place in places])
-            if len(cells) == ROWS:
-                yield _numbers(path, skipped + 2 + rows.line_num - ROWS, wanted, separator, cells, faults)
+            numbers.append(skipped + 1 + rows.line_num)
+            if len(row) < len(names) or any(cell.strip() for cell in row[len(names) :]):
+                what = f"has {len(row)} cells, not {len(names)}; correct the row, the file may be cut off"
+                faults.append(f"{path} row {numbers[-1]}: {what}")
+                row += [""] * len(names)
+            cells.append([row[place] for place in places])
+            if len(cells) == ROWS or len(faults) == SHOWN:
+                yield _columns(path, wanted, separator, numbers, cells, faults)
                 progress(rows.line_num, 0)
-                cells = []
-        yield _numbers(path, skipped + 2 + rows.line_num - len(cells), wanted, separator, cells, faults)
+                cells, numbers = [], []
+        yield _columns(path, wanted, separator, numbers, cells, faults)
 
 
-def _numbers(
-    path: Path, first: int, wanted: Sequence[str], separator: str, cells: list[list[str]], faults: list[str]
+def _columns(
+    path: Path,
+    wanted: Sequence[str],
+    separator: str,
+    numbers: Sequence[int],
+    cells: Sequence[Sequence[str]],
+    faults: list[str],
 ) -> Chunk:
-    """Columns of numbers, NaN for blank cells; `InputError` with the first cells that are neither."""
+    """Columns of numbers, NaN for blank cells; `InputError` with `faults` and the first cells that are neither."""
     result = {}
     for name, column in zip(wanted, zip(*cells, strict=True) if cells else [()] * len(wanted), strict=True):
         if separator != ",":
             column = tuple(cell.replace(",", ".") for cell in column)
         try:
-            result[name] = np.array([float(cell or "nan") for cell in column])
+            result[name] = np.array([float(cell.strip() or "nan") for cell in column])
         except ValueError:
-            wrong = [(i, cell) for i, cell in enumerate(column) if cell.strip() and not _is_number(cell)]
+            wrong = [i for i, cell in enumerate(column) if cell.strip() and not _is_number(cell)]
             faults += [
-                f"{path} row {first + i}: {name} is {shown(cell)}, not a number; correct the cell"
-                for i, cell in wrong[:SHOWN]
+                f"{path} row {numbers[i]}: {name} is {shown(column[i])}, not a number; correct the cell"
+                for i in wrong[:SHOWN]
             ]
-            result[name] = np.array([float(cell) if _is_number(cell) else np.nan for cell in column])
     if faults:
         raise InputError(faults[:SHOWN])
     return result
