@@ -63,7 +63,7 @@ def test_a_folder_without_metadata(bags, tmp_path):
     (tmp_path / "log/log_0.mcap").write_bytes(bags[".mcap"])
     assert read(tmp_path / "log") == ""
     (tmp_path / "log/log_1.mcap").write_bytes(bags[".mcap"])
-    assert "has no metadata.yaml; name one of log_0.mcap, log_1.mcap" in read(tmp_path / "log")
+    assert "has no metadata.yaml; name one of 'log_0.mcap', 'log_1.mcap'" in read(tmp_path / "log")
 
 
 def test_messages_of_unknown_types(bags, tmp_path):

@@ -254,7 +254,7 @@ def test_what_has_to_be_named_is_listed(tmp_path):
     assert "has no field 'wrench.force.w'" in refused(tmp_path, bag, "--force", "/ft/wrench:wrench.force.w")
     assert "is not a number" in refused(tmp_path, bag, "--force", "/ft/wrench:wrench.force")
     joints = write_bag(tmp_path / "joints", session(), "mcap", speed="joints")
-    assert "velocity[NAME]: turn, lift" in refused(tmp_path, joints)
+    assert "velocity[NAME]: 'turn', 'lift'" in refused(tmp_path, joints)
 
 
 def test_faults_of_mapping_and_review_come_together(tmp_path):

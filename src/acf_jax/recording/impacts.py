@@ -57,7 +57,7 @@ def find_impacts(
         raise InputError(faults)
     kept = [cut for cut in cuts if cut.keep]
     if len(kept) < LEAST:
-        reasons = "; ".join(f"{c.trial}: {', '.join(c.remarks)}" for c in cuts if c.remarks)
+        reasons = "; ".join([f"{c.trial}: {', '.join(c.remarks)}" for c in cuts if c.remarks][:5])
         more = f" ({reasons})" if reasons else ""
         raise InputError(
             f"{where}: {len(kept)} contacts of {len(cuts)} can be used{more}; a data set needs at least {LEAST}:"

@@ -9,6 +9,7 @@ import numpy as np
 
 from acf_jax.dataset.table import suggestion
 from acf_jax.errors import InputError
+from acf_jax.recording.readers._guard import some
 
 _STEP = re.compile(r"(\w+)(?:\[([^\[\]]+)\])?")
 
@@ -42,11 +43,11 @@ def getter(path: str, where: str) -> Callable[[Any], float]:
 
 def _hint(owner: Any, name: str) -> str:
     known = [f.name for f in fields(owner) if not f.name.startswith("_")] if is_dataclass(owner) else []
-    return suggestion(name, known) or f"; there are {', '.join(known) or 'no fields'}"
+    return suggestion(name, known) or f"; there are {some(known)}"
 
 
 def _remedy(owner: Any) -> str:
     names = getattr(owner, "name", None)
     if isinstance(names, list):
-        return f"name one of its joints as velocity[NAME]: {', '.join(map(str, names))}"
+        return f"name one of its joints as velocity[NAME]: {some(names)}"
     return "name one such as wrench.force.z"

@@ -7,8 +7,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 
+_SHOWN = 10  # names in a message
 T = TypeVar("T")
 Faults = tuple[type[Exception], ...]
 
@@ -52,3 +53,10 @@ def in_words(error: Exception) -> str:
     text = text if len(text) <= 160 else text[:157] + "..."
     speaks = isinstance(error, OSError) or type(error).__name__.endswith("ReaderError")
     return text if speaks else f"{type(error).__name__}: {text}"
+
+
+def some(names: Iterable[object]) -> str:
+    """Names in a message: the first ten, each short."""
+    every = list(names)
+    rest = f" and {len(every) - _SHOWN} more" if len(every) > _SHOWN else ""
+    return (", ".join(shown(name) for name in every[:_SHOWN]) or "none") + rest

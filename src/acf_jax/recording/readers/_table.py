@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from acf_jax.dataset.table import shown, suggestion
 from acf_jax.errors import InputError
 from acf_jax.recording.mapping import Source
+from acf_jax.recording.readers._guard import some
 from acf_jax.recording.series import Array, Channel, Growing, Nanoseconds, Progress, Series
 
 Chunk = Mapping[str, NDArray[np.generic]]
@@ -100,19 +101,15 @@ class Table:
         found = [name for name in self.names if pattern.fullmatch(name.strip())]
         if len(found) == 1:
             return found[0]
-        what = (
-            f"columns {', '.join(map(shown, found))} may all be the time"
-            if found
-            else "no column is called a time"
-        )
-        raise InputError(f"{self.path}: {what}; name it by --time, one of {', '.join(self.names[:20])}")
+        what = f"columns {some(found)} may all be the time" if found else "no column is called a time"
+        raise InputError(f"{self.path}: {what}; name it by --time, one of {some(self.names)}")
 
     def _missing(self, source: Source) -> Iterator[str]:
         if source.field is not None:
             yield f"{self.path} column {shown(source.name)}: a column has no fields; remove 'field'"
         for name in dict.fromkeys((source.name, source.time or self.time)):
             if name not in self.names:
-                hint = suggestion(name, self.names) or f"; it has {', '.join(self.names[:20])}"
+                hint = suggestion(name, self.names) or f"; it has {some(self.names)}"
                 yield f"{self.path}: has no column {shown(name)}{hint}"
 
     def _scale(self, name: str) -> float:

@@ -12,7 +12,7 @@ from acf_jax.dataset.table import shown, suggestion
 from acf_jax.errors import InputError
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers._fields import getter
-from acf_jax.recording.readers._guard import Faults, border, need, within
+from acf_jax.recording.readers._guard import Faults, border, need, some, within
 from acf_jax.recording.series import Channel, Growing, Progress, Series
 
 KIND = "a ROS 2 bag (folder, .mcap, .db3) or ROS 1 bag (.bag)"
@@ -79,8 +79,9 @@ class Bag:
             self.reader.open()
         try:
             with border(self.path, self.faults, self.remedy):
-                self.topics: dict[str, str] = {c.topic: c.msgtype for c in self.reader.connections}
-                self.counts: dict[str, int] = {t: info.msgcount for t, info in self.reader.topics.items()}
+                # names and counts are as a metadata.yaml has them, which may be anything
+                self.topics = {str(c.topic): str(c.msgtype) for c in self.reader.connections}
+                self.counts = {str(name): int(info.msgcount) for name, info in self.reader.topics.items()}
         except InputError:
             self.close()
             raise
@@ -92,7 +93,7 @@ class Bag:
             return path
         files = [file for file in sorted(path.iterdir()) if file.suffix in (".mcap", ".db3")]
         if len(files) > 1:
-            raise InputError(f"{path}: has no metadata.yaml; name one of {', '.join(f.name for f in files)}")
+            raise InputError(f"{path}: has no metadata.yaml; name one of {some(f.name for f in files)}")
         return files[0]
 
     def close(self) -> None:
@@ -188,10 +189,7 @@ class Bag:
         if source.time is not None:
             return f"{self.path} topic {source.name}: a topic has no time column; remove 'time'"
         if source.name not in self.topics:
-            hint = (
-                suggestion(source.name, list(self.topics))
-                or f"; it has {', '.join(sorted(self.topics)) or 'none'}"
-            )
+            hint = suggestion(source.name, list(self.topics)) or f"; it has {some(sorted(self.topics))}"
             return f"{self.path}: has no topic {shown(source.name)}{hint}"
         if not self.counts.get(source.name):
             return f"{self.path} topic {source.name}: holds no messages; name another topic, or record again"
