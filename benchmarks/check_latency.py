@@ -1,31 +1,69 @@
-"""How long one answer takes in Python: exact peak, surrogate, certified bound, and the whole check.
+"""How long one answer takes: exact peak, surrogate, and the whole check, in Python, ONNX Runtime and C.
 
 python -m benchmarks.check_latency
 """
 
+import argparse
+import shutil
 import statistics
+import subprocess
+import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import jax
 import numpy as np
+import onnxruntime
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.read import of_rig
+from acf_jax.export import peak_header
+from acf_jax.export.c_header import c_header
+from acf_jax.export.formula import of_paper
+from acf_jax.export.onnx_model import onnx_model
 from acf_jax.model import Impact, Rig, find_peak
 from acf_jax.safety.check import Checker
 from acf_jax.safety.limits import read_limits
 from acf_jax.safety.situation import Situation
 from acf_jax.surrogate import load_surrogate
+from benchmarks.machine import describe
 
 CALLS = 5000
 RIG = {"m": 1.9, "d": 60.0, "k_f": 800.0, "k_c": 6e4}
 STD = {"m": 0.02, "d": 0.2, "k_f": 0.3, "k_c": 0.05, "v_e": 0.005, "f_p": 0.01}
+F_P = 60.0
+
+PROGRAM = r"""
+#include <stdio.h>
+#include <time.h>
+#include "acf_peak.h"
+#include "surrogate.h"
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
+}
+int main(void)
+{
+    double v, sum = 0;
+    while (fread(&v, sizeof v, 1, stdin) == 1) {
+        double y[3] = {now(), 0, 0};
+        sum += acf_find_peak(ARGUMENTS).f_max;
+        y[1] = now();
+        sum += surrogate(ARGUMENTS).f_max;
+        y[2] = now();
+        fwrite(y, sizeof y, 1, stdout);
+    }
+    return sum > 0 ? 0 : 1;
+}
+"""
 
 
-def microseconds(call: Callable[[float], object]) -> tuple[float, float]:
-    """Median and 99th percentile of calls at different velocities, after the compiling ones."""
-    speeds = np.random.default_rng(0).uniform(0.05, 0.5, CALLS).tolist()
+def microseconds(call: Callable[[float], object], speeds: Sequence[float]) -> list[float]:
+    """Each call at a velocity of its own, after those that compile and warm up."""
     for v in speeds[:100]:
         call(v)
     spent = []
@@ -33,36 +71,87 @@ def microseconds(call: Callable[[float], object]) -> tuple[float, float]:
         start = time.perf_counter_ns()
         call(v)
         spent.append((time.perf_counter_ns() - start) / 1e3)
-    return statistics.median(spent), float(np.quantile(spent, 0.99))
+    return spent
 
 
-def main() -> None:
-    jax.config.update("jax_enable_x64", True)
+def in_c(compiler: str, speeds: Sequence[float], folder: Path) -> tuple[list[float], list[float]]:
+    """Exact peak and shipped surrogate, each call timed in C, the clock's own time included."""
+    (folder / "acf_peak.h").write_text(peak_header())
+    (folder / "surrogate.h").write_text(c_header(of_paper(load_surrogate()), "surrogate", "shipped"))
+    arguments = ", ".join(map(repr, RIG.values())) + f", v, {F_P}"
+    (folder / "main.c").write_text(PROGRAM.replace("ARGUMENTS", arguments))
+    options = ["-std=c99", "-D_POSIX_C_SOURCE=199309L", "-O2", "-o", "main"]
+    subprocess.run([compiler, *options, "main.c", "-lm"], cwd=folder, check=True)
+    done = subprocess.run(
+        [folder / "main"], input=np.array(speeds).tobytes(), capture_output=True, check=True
+    )
+    exact, surrogate = np.diff(np.frombuffer(done.stdout).reshape(-1, 3), axis=1).T
+    return exact.tolist(), surrogate.tolist()
+
+
+def in_onnx_runtime(speeds: Sequence[float]) -> list[float]:
+    """The shipped surrogate, one sample a call, on one thread."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    model = onnx_model(of_paper(load_surrogate())).SerializeToString()
+    session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+    x = np.array([[*RIG.values(), 0.0, F_P]])
+
+    def call(v: float) -> object:
+        x[0, 4] = v
+        return session.run(None, {"x": x})
+
+    return microseconds(call, speeds)
+
+
+def in_python(speeds: Sequence[float]) -> dict[str, list[float]]:
+    """Peak, surrogate and check of the library itself."""
     model, surrogate = of_rig(RIG, STD), load_surrogate()
     quick, exact = Checker(model, surrogate), Checker(model)
-    asked = Situation("", read_limits().find("Sternum"), "quasi_static", 0.1, 60.0, contact_area=2.0)
-    values = np.array([*RIG.values(), 0.0, 60.0])
-
+    asked = Situation("", read_limits().find("Sternum"), "quasi_static", 0.1, F_P, contact_area=2.0)
+    values = np.array([*RIG.values(), 0.0, F_P])
     peak = jax.jit(lambda z: find_peak(Rig(*z[:4]), Impact(z[4], z[5])).f_max)
     network = jax.jit(lambda z: surrogate.force(Rig(*z[:4]), Impact(z[4], z[5])))
+    assert quick.quick is not None
+    certified = quick.quick
 
     def at(v: float) -> np.ndarray:
         z = values.copy()
         z[4] = v
         return z
 
-    rows = {
+    calls: dict[str, Callable[[float], object]] = {
         "exact peak": lambda v: float(peak(at(v))),
         "surrogate": lambda v: float(network(at(v))),
-        "exact peak and its deviation": lambda v: exact.exact(at(v), Body(1e-5, 0.0)),
-        "surrogate, proved bound, deviation": lambda v: quick.quick(at(v), Body(1e-5, 0.0)),  # type: ignore[misc]
-        "check, by the surrogate where it decides": lambda v: quick(asked._replace(v_e=v)),
-        "check, by the exact model": lambda v: exact(asked._replace(v_e=v)),
+        "surrogate, proved bound, deviation": lambda v: certified(at(v), Body(1e-5, 0.0)),
+        "check, the surrogate where it decides": lambda v: quick(asked._replace(v_e=v)),
+        "check, the exact model": lambda v: exact(asked._replace(v_e=v)),
     }
-    print(f"{'one call, microseconds':42} {'p50':>8} {'p99':>8}")
-    for name, call in rows.items():
-        p50, p99 = microseconds(call)
-        print(f"{name:42} {p50:8.1f} {p99:8.1f}")
+    return {name: microseconds(call, speeds) for name, call in calls.items()}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.check_latency", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--calls", type=int, default=CALLS, help=f"calls of each kind (default: {CALLS:,})")
+    options = parser.parse_args(arguments)
+    jax.config.update("jax_enable_x64", True)
+    speeds = np.random.default_rng(0).uniform(0.05, 0.5, options.calls).tolist()
+
+    rows = {f"Python: {name}": spent for name, spent in in_python(speeds).items()}
+    rows["ONNX Runtime from Python: surrogate"] = in_onnx_runtime(speeds)
+    compiler = shutil.which("cc")
+    if compiler is None:
+        print("no C compiler: the rows of C are left out", file=sys.stderr)
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            rows["C: exact peak"], rows["C: surrogate"] = in_c(compiler, speeds, Path(folder))
+
+    print(f"One sample a call, {len(speeds):,} calls of each kind; {describe()}\n")
+    print("| | p50, µs | p99, µs |\n|---|--:|--:|")
+    for name, spent in rows.items():
+        print(f"| {name} | {statistics.median(spent):.1f} | {float(np.quantile(spent, 0.99)):.1f} |")
 
 
 if __name__ == "__main__":

@@ -33,31 +33,40 @@ def main() -> None:
     content = yaml.safe_load(RIG.read_text())
     checker = Checker(of_rig(content["rig"], content["relative_std"]), load_surrogate())
     limits = read_limits()
-    speeds = np.linspace(0.02, HIGHEST, 250)
+    speeds = np.linspace(0.005, HIGHEST, 300)
     figure, panels = plt.subplots(1, 2, figsize=(10, 4.1), sharey=True, layout="constrained")
     for panel, contact in zip(panels, CONTACTS, strict=True):
         for row, name in enumerate(AREAS):
             asked = Situation("", limits.find(name), contact, 0.0, F_P, moving_mass=21.7, payload=6.9)
             answers = [checker(asked._replace(v_e=float(v))) for v in speeds]
+            step = speeds[1] - speeds[0]
             for verdict, colour in COLOURS.items():
-                here = np.array([a.verdict == verdict for a in answers])
-                panel.fill_between(
-                    speeds, row - 0.32, row + 0.32, where=here, color=colour, alpha=0.8, linewidth=0
-                )
+                here = speeds[[a.verdict == verdict for a in answers]]
+                if here.size:  # one piece: the force grows with the speed
+                    panel.barh(
+                        row + 0.05, np.ptp(here) + step, 0.5, left=here[0] - step / 2, color=colour, alpha=0.8
+                    )
             last = speeds[max(i for i, a in enumerate(answers) if a.verdict == "allowed")]
+            beyond = " and more" if last == speeds[-1] else ""
+            # above the bar, where nothing is drawn
             panel.text(
-                0.04, row, f"to {np.floor(100 * last) / 100:.2f} m/s", va="center", color="white", fontsize=9
+                0.01, row - 0.26, f"to {np.floor(100 * last) / 100:.2f} m/s{beyond}", color=INK, fontsize=9
             )
             if (standard := answers[0].standard_speed) is not None and standard < HIGHEST:
-                panel.plot([standard] * 2, [row - 0.42, row + 0.42], color=INK, linewidth=2)
+                panel.plot(
+                    [standard] * 2, [row - 0.2, row + 0.3], color=INK, linewidth=2, solid_capstyle="butt"
+                )
         panel.set(
-            xlabel="contact velocity, m/s", xlim=(0, HIGHEST), yticks=range(len(AREAS)), yticklabels=AREAS
+            xlabel="contact velocity, m/s",
+            xlim=(0, HIGHEST),
+            ylim=(len(AREAS) - 0.5, -0.6),
+            yticks=range(len(AREAS)),
+            yticklabels=AREAS,
         )
         words = (
             "transient: the body recoils" if contact == "transient" else "quasi-static: the body is clamped"
         )
         panel.set_title(words, loc="left", fontsize=11, color=INK)
-    panels[0].invert_yaxis()
     marks: list[Artist] = [Patch(color=c, alpha=0.8) for c in COLOURS.values()]
     marks.append(Line2D([], [], color=INK, linewidth=2))
     figure.legend(

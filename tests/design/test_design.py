@@ -1,10 +1,13 @@
 """Designs against closed forms, dense grids and draws."""
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acf_jax.contact.body import WALL
+from acf_jax.contact.body import WALL, Body
 from acf_jax.contact.model import draw_forces
+from acf_jax.contact.peak import AbstractPeak, ContactPeak
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.design.landscape import landscape
 from acf_jax.design.remedy import Infeasible
@@ -30,8 +33,9 @@ def test_highest_speed_is_the_papers_inverse() -> None:
     found = solved(of_rig(IDEAL, {}), {"v_e": (0.0, 2.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.95)
     exact = np.sqrt((250**2 - 100**2) / (IDEAL["m"] * IDEAL["k_c"]))
     assert found.z[-2] == pytest.approx(exact, rel=1e-12)
-    assert found.goal_per_newton == pytest.approx(250 / (IDEAL["m"] * IDEAL["k_c"] * exact), rel=1e-6)
+    assert found.goal_per_newton == pytest.approx(250 / (IDEAL["m"] * IDEAL["k_c"] * exact), rel=1e-10)
     assert found.at_limit and found.upper == pytest.approx(250.0, rel=1e-13)
+    assert 0 <= found.slack < 1e-10 and found.residual is not None and found.residual < 1e-12
 
 
 def test_highest_process_force_is_exact() -> None:
@@ -59,6 +63,33 @@ def test_no_point_of_a_dense_grid_is_better(goal: str, fixed: dict[str, float]) 
         entry = {"fastest": -2, "highest_process_force": -1}[goal]
         assert allowed[:, entry].max() <= found.z[entry] * (1 + 1e-9)
     assert found.better == 0 and found.search.worse == 0
+
+
+class Valley(AbstractPeak):
+    """F = sqrt(F_P^2 + k m v^2)/cos(d - 3) + (k/k_0 - 1 - (d - 3))^2: best inside the ranges of d and k."""
+
+    block = 64
+
+    def __call__(self, z, body: Body) -> ContactPeak:
+        m, d, _, k, v, f = z
+        force = jnp.sqrt(f**2 + 1e4 * m * v**2) / jnp.cos(d - 3) + (k / 5e4 - 1 - (d - 3)) ** 2
+        return ContactPeak(force, force > 0)
+
+    def credits_stiffness(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("goal", ["fastest", "widest_margin"])
+def test_an_optimum_within_the_ranges_is_found_to_the_last_digits(goal: str) -> None:
+    model = of_rig(RIG, {})
+    model = eqx.tree_at(lambda m: m.main.peak, model, Valley())
+    ranges = {"d": (2.2, 4.0), "k_c": (2e4, 9e4)} | ({"v_e": (0.01, 5.0)} if goal == "fastest" else {})
+    found = solved(model, ranges, {"v_e": 0.5, "f_p": 100.0}, goal, 250.0, 0.95, starts=8)
+    assert found.z[[1, 3]] == pytest.approx([3.0, 5e4], rel=1e-9)  # SLSQP alone: 1e-6
+    assert found.residual is not None and found.residual < 1e-11
+    if goal == "fastest":
+        assert found.z[-2] == pytest.approx(np.sqrt((250**2 - 100**2) / (1e4 * RIG["m"])), rel=1e-14)
+        assert 0 <= found.slack < 1e-10 and found.search.worse == 0
 
 
 def test_stated_probability_holds_among_draws_of_another_seed() -> None:

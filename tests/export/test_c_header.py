@@ -1,33 +1,43 @@
-"""The C header against JAX over the wide box and in its limits; needs a compiler and never runs in CI."""
+"""The C headers against JAX, over their range and in their limits; needs a compiler and never runs in CI."""
 
 import os
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from acf_jax.cli.main import commands
 from acf_jax.errors import InputError
+from acf_jax.export.c_header import c_header
+from acf_jax.export.formula import Formula, of_paper
 from acf_jax.model import Impact, Rig, find_peaks
+from acf_jax.surrogate import load_surrogate
+from tests.export.networks import untrained
 from tests.surrogate.test_surrogate_features import wide_box
 
 PROGRAM = r"""
 #include <stdio.h>
-#include "acf_peak.h"
+#include "%(header)s.h"
 int main(void)
 {
-    double x[6];
+    double x[%(inputs)d];
     while (fread(x, sizeof x, 1, stdin) == 1) {
-        acf_peak p = acf_find_peak(x[0], x[1], x[2], x[3], x[4], x[5]);
-        double y[3] = {p.f_max, p.t_max, p.has_peak};
+        %(type)s p = %(function)s(%(arguments)s);
+        double y[] = {%(outputs)s};
         fwrite(y, sizeof y, 1, stdout);
     }
     return 0;
 }
 """
+STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O2", "-ffp-contract=off"]
+PEAK = {"header": "acf_peak", "type": "acf_peak", "function": "acf_find_peak"}
+
+Run = Callable[[np.ndarray], np.ndarray]
 
 
 @pytest.fixture(scope="module")
@@ -40,41 +50,36 @@ def compiler() -> str:
     return found
 
 
-@pytest.fixture(scope="module")
-def header(tmp_path_factory) -> Path:
-    path = tmp_path_factory.mktemp("c") / "acf_peak.h"
-    result = CliRunner().invoke(commands, ["export", "--c", str(path)])
-    assert result.exit_code == 0, result.output
-    return path
-
-
-@pytest.fixture(scope="module")
-def in_c(compiler, header):
-    """Runs samples (N, 6) through the compiled header: (N, 3) force, time, has_peak."""
-    source, program = header.with_name("main.c"), header.with_name("main")
-    source.write_text(PROGRAM)
-    strict = [
-        "-std=c99",
-        "-pedantic",
-        "-Wall",
-        "-Wextra",
-        "-Wconversion",
-        "-Werror",
-        "-O2",
-        "-ffp-contract=off",
-    ]
-    subprocess.run([compiler, *strict, str(source), "-o", str(program), "-lm"], check=True)
+def compiled(compiler: str, folder: Path, names: dict[str, str], inputs: int, outputs: list[str]) -> Run:
+    """Runs samples (N, inputs) through a header in `folder`: (N, outputs)."""
+    told = {
+        "inputs": inputs,
+        "arguments": ", ".join(f"x[{i}]" for i in range(inputs)),
+        "outputs": ", ".join(f"p.{name}" for name in outputs),
+    }
+    program = folder / names["header"]
+    source = program.with_suffix(".c")
+    source.write_text(PROGRAM % (names | told))
+    subprocess.run([compiler, *STRICT, str(source), "-o", str(program), "-lm"], check=True)
 
     def run(samples: np.ndarray) -> np.ndarray:
-        done = subprocess.run(
-            [program], input=np.ascontiguousarray(samples).tobytes(), capture_output=True, check=True
-        )
-        return np.frombuffer(done.stdout).reshape(-1, 3)
+        content = np.ascontiguousarray(samples, float).tobytes()
+        done = subprocess.run([program], input=content, capture_output=True, check=True)
+        return np.frombuffer(done.stdout).reshape(-1, len(outputs))
 
     return run
 
 
-def test_header_agrees_with_jax_over_the_wide_box(in_c):
+@pytest.fixture(scope="module")
+def in_c(compiler: str, tmp_path_factory) -> Run:
+    """The exact peak: (N, 3) force, time, has_peak."""
+    folder = tmp_path_factory.mktemp("c")
+    result = CliRunner().invoke(commands, ["export", "--c", str(folder / "acf_peak.h")])
+    assert result.exit_code == 0, result.output
+    return compiled(compiler, folder, PEAK, 6, ["f_max", "t_max", "has_peak"])
+
+
+def test_header_agrees_with_jax_over_the_wide_box(in_c: Run) -> None:
     rig, impact = wide_box(2**15, seed=41)
     peak = find_peaks(rig, impact)
     columns = (rig.m, rig.d, rig.k_f, rig.k_c, impact.v_e, impact.f_p)
@@ -86,7 +91,7 @@ def test_header_agrees_with_jax_over_the_wide_box(in_c):
     assert np.isfinite(found).all()
 
 
-def test_header_in_its_limits(in_c):
+def test_header_in_its_limits(in_c: Run) -> None:
     samples = np.array(
         [
             [4, 0, 0, 175561, 0.2, 100],  # no damping, no actuator: sqrt(F_P^2 + k_C m v^2)
@@ -105,7 +110,44 @@ def test_header_in_its_limits(in_c):
     assert found[0, 0] == pytest.approx(np.hypot(100, 0.2 * np.sqrt(4 * 175561)), rel=1e-14)
 
 
+def agree_in_c(compiler: str, folder: Path, name: str, formula: Formula) -> None:
+    """The header of a surrogate beside JAX: values inside the range, flag and infinity outside."""
+    (folder / f"{name}.h").write_text(c_header(formula, name, "of a test"))
+    names = {"header": name, "type": f"{name}_result", "function": name}
+    outputs = [*(q.name for q in formula.outputs), "is_inside"]
+    run = compiled(compiler, folder, names, len(formula.inputs), outputs)
+    x = formula.draw(np.random.default_rng(8), 2**12)
+    x[-1, -1] = np.nan
+    *expected, inside = (np.asarray(y) for y in jax.jit(jax.vmap(formula.function))(x))
+    *found, is_inside = run(x).T
+    assert np.array_equal(is_inside == 1, inside) and 0.2 < inside.mean() < 0.9 and not inside[-1]
+    for y, wanted in zip(found, expected, strict=True):
+        assert y[inside] == pytest.approx(wanted[inside], rel=1e-6)
+        assert np.isposinf(y[~inside]).all()
+
+
+def test_header_of_the_shipped_surrogate(compiler: str, tmp_path: Path) -> None:
+    agree_in_c(compiler, tmp_path, "shipped", of_paper(load_surrogate()))
+    text = (tmp_path / "shipped.h").read_text()
+    for part in (
+        "v_e          0.01 to 1 m/s",
+        "m            kg, moving mass",
+        "held-out",
+        "and the rest is infinite",
+    ):
+        assert part in text
+
+
+@pytest.mark.parametrize(
+    "features, activation", [("raw", "silu"), ("dimensionless", "gelu"), ("raw", "softplus")]
+)
+def test_header_of_every_kind_of_network(
+    compiler: str, tmp_path: Path, features: str, activation: str
+) -> None:
+    agree_in_c(compiler, tmp_path, "other", of_paper(untrained(features, activation)))
+
+
 @pytest.mark.parametrize("arguments", [[], ["--c", "peak.txt"]])
-def test_export_says_what_is_missing(arguments):
+def test_export_says_what_is_missing(arguments: list[str]) -> None:
     with pytest.raises(InputError):
         CliRunner().invoke(commands, ["export", *arguments], catch_exceptions=False)

@@ -45,6 +45,11 @@ def text(found: "Design") -> str:
             f"{row.name:{width}} {_round(row.value):>10}  {row.std:12.4g}  {row.per_percent:10.3f}  {row.margin:12.3f}"
         )
     lines += ["", f"search: {_search(found)}"]
+    if found.residual is not None:
+        lines.append(
+            f"optimum: its conditions hold within {found.residual:.0e}, and {max(found.slack, 0.0):.0e} N of the limit"
+            " are left"
+        )
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines)
 
@@ -105,6 +110,8 @@ def document(found: "Design") -> dict[str, Any]:
         "draws": found.draws,
         "goal_per_newton": found.goal_per_newton,
         "limit_reached": found.at_limit,
+        "limit_slack_n": found.slack,
+        "optimality_residual": found.residual,
         "sensitivities": [row._asdict() for row in found.sensitivities],
         "search": {
             "starts": found.search.starts,

@@ -1,4 +1,4 @@
-"""The best feasible point: sequential quadratic programming from many starts, then an exact step onto the limit."""
+"""The best feasible point: sequential quadratic programming from many starts, then an exact step to the optimum."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,6 +8,7 @@ from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from acf_jax.design.boundary import first_failure
+from acf_jax.design.exact import sharpened
 from acf_jax.design.task import Task, upper_forces, value_and_slope
 
 CORNERS = 16  # at most so many starts are corners of the box
@@ -31,7 +32,7 @@ def find_optimum(task: Task, factor: float, starts: np.ndarray) -> Optimum:
 
     The goal's coordinate is linear and bounds are bounds of the method, so only the limit is nonlinear: SLSQP (Kraft,
     DFVLR-FB 88-28, 1988) with the model's own derivatives, then `_onto_limit`, after which the limit holds in
-    floating-point numbers, not to a tolerance.
+    floating-point numbers, not to a tolerance. The best point is sharpened by Newton's method.
     """
     if task.coordinate is not None and len(task.free) == 1:
         u = _onto_limit(task, factor, np.zeros(1))
@@ -56,12 +57,20 @@ def find_optimum(task: Task, factor: float, starts: np.ndarray) -> Optimum:
     top = int(np.argmin(best))
     scale = task.limit if task.coordinate is None else 1.0
     reached = int((np.abs(best - best[top]) <= SAME * scale).sum())
-    u = ends[top]
-    if task.coordinate is not None and u[task.coordinate] == 1.0:
-        u = _least(
-            task, factor, u, fixed=task.coordinate
-        )  # many points reach the range's end: the least loaded
+    u = _sharpened(task, factor, ends[top])
     return Optimum(u, True, tried, reached, tried - reached, int((~exists).sum()))
+
+
+def _sharpened(task: Task, factor: float, u: np.ndarray) -> np.ndarray:
+    """The optimum itself near the best end of a search; the end where that is not better."""
+    if task.coordinate is None:
+        sharp = sharpened(task, factor, u)
+        return sharp if _load(task, factor)(sharp) <= _load(task, factor)(u) else u
+    if u[task.coordinate] == 1.0:
+        # many points reach the range's end: the least loaded
+        return _least(task, factor, u, fixed=task.coordinate)
+    onto = _onto_limit(task, factor, sharpened(task, factor, u))
+    return u if onto is None or onto[task.coordinate] < u[task.coordinate] else onto
 
 
 def start_points(free: int, count: int, seed: int) -> np.ndarray:

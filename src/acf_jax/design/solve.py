@@ -8,6 +8,7 @@ from scipy.stats import norm, qmc
 
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import draw_forces, spread
+from acf_jax.design.exact import conditions
 from acf_jax.design.optimum import Optimum, find_optimum, start_points
 from acf_jax.design.remedy import Infeasible, explain
 from acf_jax.design.task import Task, upper_forces
@@ -42,6 +43,10 @@ class Design(NamedTuple):
     draws: int
     goal_per_newton: float | None  # what one more newton of limit is worth in units of the goal
     at_limit: bool
+    slack: float  # N, what of the limit is left; never negative
+    residual: (
+        float | None
+    )  # of the conditions for an optimum; None where the model's peak ends before the limit
     at_bounds: tuple[str, ...]
     sensitivities: tuple[Sensitivity, ...]  # most newtons of margin first
     search: Optimum
@@ -119,26 +124,18 @@ def _report(task: Task, best: Optimum, search: Optimum, factor: float, draws: in
     names = [model.names[i] for i in task.free]
     edges = tuple(n for n, u in zip(names, best.u, strict=True) if u in (0.0, 1.0))
     at_limit = upper >= task.limit * (1 - 1e-9)
-    price = _price(task, best, factor, at_limit)
+    met = conditions(task, factor, best.u)
+    c = task.coordinate
+    is_inner = c is not None and best.u[c] not in (0.0, 1.0)
+    price = float(met.multiplier * (task.high - task.low)[c] / task.limit) if is_inner and at_limit else None
+    residual = None if is_inner and not at_limit else met.residual
     scanned, better = _scan(task, best, factor, seed)
     return Design(
         task, z, force, upper, std, factor, float((exists & (fresh <= task.limit)).mean()), draws, price, at_limit,
-        edges, tuple(sorted(rows, key=lambda r: -abs(r.margin) - 1e-9 * abs(r.per_percent))), search, scanned, better,
+        task.limit - upper, residual, edges,
+        tuple(sorted(rows, key=lambda r: -abs(r.margin) - 1e-9 * abs(r.per_percent))), search, scanned, better,
         tuple(f"{fault}: the model extrapolates" for fault in model.is_extrapolated(z)),
     )  # fmt: skip
-
-
-def _price(task: Task, best: Optimum, factor: float, at_limit: bool) -> float | None:
-    """d(goal)/d(limit) = 1/(d upper/d goal's coordinate), the multiplier of the limit where it is reached."""
-    if task.coordinate is None or not at_limit or best.u[task.coordinate] in (0.0, 1.0):
-        return None
-    steps = 1e-4 * np.array([-1.0, 1.0])
-    line = np.tile(best.u, (2, 1))
-    line[:, task.coordinate] += steps
-    z = task.point(line)
-    upper = upper_forces(task.model, z, factor)[0]
-    entry = task.free[task.coordinate]
-    return float((z[1, entry] - z[0, entry]) / (upper[1] - upper[0]))
 
 
 def _scan(task: Task, best: Optimum, factor: float, seed: int) -> tuple[int, int]:

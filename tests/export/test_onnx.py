@@ -1,0 +1,148 @@
+"""The ONNX model against the surrogate that it was made of, in ONNX Runtime."""
+
+import json
+import sys
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from acf_jax.cli.main import commands
+from acf_jax.errors import InputError
+from acf_jax.export.formula import Formula, of_paper
+from acf_jax.export.trace import trace
+from acf_jax.model import Impact, Rig
+from acf_jax.surrogate import Surrogate, load_surrogate
+from tests.export.networks import untrained
+from tests.needs import need_module
+
+SAMPLES = 2**13
+
+
+@pytest.fixture(scope="module", autouse=True)
+def runtime():
+    need_module("onnx", "pip install 'acf-jax[export]'")
+    return need_module("onnxruntime", "pip install 'acf-jax[export]'")
+
+
+def answers_of(surrogate: Surrogate, x: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Force, bound and whether inside, by the surrogate's own methods."""
+    found = jax.jit(jax.vmap(lambda x: surrogate.predict(Rig(*x[:4]), Impact(*x[4:]))))(x)
+    return np.asarray(found.f_max), np.asarray(found.error_bound), np.asarray(found.is_inside)
+
+
+def agree(session, surrogate: Surrogate, x: np.ndarray) -> None:
+    force, bound, inside = answers_of(surrogate, x)
+    *found, is_inside = (y[:, 0] for y in session.run(None, {"x": x}))
+    assert np.array_equal(is_inside, inside) and 0.2 < inside.mean() < 0.9
+    for y, expected in zip(found, (force, bound), strict=True):
+        assert y[inside] == pytest.approx(expected[inside], rel=1e-6)
+        assert np.isposinf(y[~inside]).all()
+
+
+def test_exported_file_agrees_with_the_surrogate_and_says_what_it_is(runtime, tmp_path, monkeypatch):
+    monkeypatch.setattr("acf_jax.start.start_jax", lambda: None)  # tests set JAX themselves
+    path = tmp_path / "peak.onnx"
+    result = CliRunner().invoke(commands, ["export", "--surrogate", "shipped", "--onnx", str(path)])
+    assert result.exit_code == 0, result.output
+    assert "relative from JAX" in result.output
+    surrogate, session = load_surrogate(), runtime.InferenceSession(path)
+    x = of_paper(surrogate).draw(np.random.default_rng(17), SAMPLES)
+    agree(session, surrogate, x)
+    x[0, 4] = np.nan
+    assert not session.run(["is_inside"], {"x": x[:1]})[0].item()
+
+    told = session.get_modelmeta().custom_metadata_map
+    assert [(q["name"], q["unit"]) for q in json.loads(told["inputs"])][::4] == [("m", "kg"), ("v_e", "m/s")]
+    assert {r["name"]: (r["low"], r["high"]) for r in json.loads(told["ranges"])}["v_e"] == (0.01, 1.0)
+    assert "held-out" in told["error_bound"] and json.loads(told["surrogate"])["features"] == "fold"
+
+
+@pytest.mark.parametrize(
+    "features, activation", [("raw", "silu"), ("dimensionless", "gelu"), ("dimensionless", "softplus")]
+)
+def test_every_kind_of_network_can_be_exported(runtime, features, activation):
+    from acf_jax.export.onnx_model import onnx_model
+
+    surrogate = untrained(features, activation)
+    answers = of_paper(surrogate)
+    session = runtime.InferenceSession(onnx_model(answers).SerializeToString())
+    agree(session, surrogate, answers.draw(np.random.default_rng(5), 512))
+
+
+def test_a_model_that_differs_is_refused():
+    from acf_jax.export.onnx_check import check_onnx
+    from acf_jax.export.onnx_model import onnx_model
+
+    model = onnx_model(of_paper(untrained("raw")))
+    with pytest.raises(InputError, match="differs from JAX"):
+        check_onnx(model.SerializeToString(), of_paper(untrained("raw", "silu")))
+
+
+def test_joined_steps_compute_what_the_function_does(runtime):
+    """Slices of slices, affine maps in a row, scalars beside vectors, reductions: by ONNX Runtime and by JAX."""
+    from acf_jax.export.onnx_model import onnx_model
+
+    matrix = jnp.array([[1.0, -2.0, 0.5], [0.3, 4.0, -1.0]])
+
+    def function(x):
+        part = x[1:][1:4]
+        y = (matrix @ ((part - jnp.array([0.1, 0.2, 0.3])) / 7.0) * 2.0 - 1.0) / jnp.array([3.0, 5.0])
+        y = jnp.where(x[0] > 0, y, 2.0 * x[0]) + x[0]
+        z = jnp.concatenate([y, x[:2] ** 3, jnp.ones(1)])
+        z = jnp.stack([z[4], z[0] + z[4]]) + z[2:4]
+        inside = (z < 50).all() & ~(x[0] > 2) | (x[4] != x[4])
+        return z.max() - z.min(), z.sum() + jax.nn.softplus(x[4]), inside
+
+    told = of_paper(untrained("raw"))
+    told = told._replace(inputs=told.inputs[:5], function=function)
+    assert isinstance(told, Formula)
+    operations = [step.op for step in trace(function, 5).steps]
+    assert "div" not in operations
+    session = runtime.InferenceSession(onnx_model(told).SerializeToString())
+    x = np.random.default_rng(1).normal(0, 2, (256, 5))
+    for found, expected in zip(session.run(None, {"x": x}), jax.vmap(function)(x), strict=True):
+        assert found[:, 0] == pytest.approx(np.asarray(expected), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    "function, what",
+    [
+        (lambda x: [jax.lax.fori_loop(0, 3, lambda i, y: y * x[0], x[1])], "without loops"),
+        (lambda x: [x @ x], "write it as a sum"),
+        (lambda x: [jnp.outer(x, x).sum()], "only vectors"),
+        (lambda x: [x[0].astype(int) + 1.0], "double precision"),
+    ],
+)
+def test_what_cannot_be_exported_is_named(function, what):
+    with pytest.raises(NotImplementedError, match=what):
+        trace(function, 3)
+
+
+def test_a_missing_package_names_the_extra(monkeypatch, tmp_path):
+    monkeypatch.setattr("acf_jax.start.start_jax", lambda: None)
+    for name in ("acf_jax.export.onnx_check", "acf_jax.export.onnx_model"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    with pytest.raises(InputError, match=r"onnxruntime; run `pip install 'acf-jax\[export\]'`"):
+        arguments = ["export", "--surrogate", "shipped", "--onnx", str(tmp_path / "x.onnx")]
+        CliRunner().invoke(commands, arguments, catch_exceptions=False)
+    assert not list(tmp_path.iterdir())
+
+
+def test_export_lists_all_faults_at_once(tmp_path):
+    (tmp_path / "folder.h").mkdir()
+    arguments = ["--onnx", "peak.txt", "--c", str(tmp_path / "folder.h"), "--surrogate", "no.eqx"]
+    with pytest.raises(InputError) as caught:
+        CliRunner().invoke(commands, ["export", *arguments], catch_exceptions=False)
+    found = "\n".join(caught.value.faults)
+    for part in ("must end in .onnx", "is a folder", "no.eqx: no such file"):
+        assert part in found
+    with pytest.raises(InputError, match="--onnx writes a surrogate"):
+        CliRunner().invoke(commands, ["export", "--onnx", "peak.onnx"], catch_exceptions=False)
+    with pytest.raises(InputError, match="names the function"):
+        CliRunner().invoke(
+            commands, ["export", "--surrogate", "shipped", "--c", "1-a.h"], catch_exceptions=False
+        )
