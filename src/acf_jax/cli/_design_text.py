@@ -46,8 +46,9 @@ def text(found: "Design") -> str:
         )
     lines += ["", f"search: {_search(found)}"]
     if found.residual is not None:
+        slack = max(found.slack, 0.0)
         lines.append(
-            f"optimum: its conditions hold within {found.residual:.1g}, {max(found.slack, 0.0):.1g} N of the limit are left"
+            f"optimum: its conditions hold within {found.residual:.1g}, {slack:.1g} N of the limit are left"
         )
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines)
