@@ -36,7 +36,7 @@ PEAK = (
 
 # A part may import parts above it and its own, never parts below.
 LAYERS = [
-    {"errors", "files", "start"},
+    {"errors", "files", "start", "workers"},
     {"model"},
     {"identify", "surrogate"},
     {"effects"},
@@ -46,7 +46,7 @@ LAYERS = [
     {"contact"},
     {"design", "safety", "export"},
     {"report"},
-    {"blind", "recording"},
+    {"blind", "fleet", "recording"},
     {"cli"},
 ]
 

@@ -146,6 +146,20 @@ def whole_folder(target: Path) -> Iterator[Path]:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
+def read_folder(folder: Path) -> dict[str, bytes]:
+    """The files of a folder by their paths in it."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def write_folder(folder: Path, files: dict[str, bytes]) -> None:
+    """Write files by their paths into `folder`, each whole or not at all."""
+    with whole_folder(folder) as scratch:
+        for name, content in files.items():
+            (scratch / name).parent.mkdir(parents=True, exist_ok=True)
+            (scratch / name).write_bytes(content)
+
+
 def inside(folder: Path, relative: str) -> Path:
     """The path `relative` within `folder`; `InputError` when it leaves the folder."""
     path = (folder / relative).resolve()

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from needs import need_module
 
 CASES = "6"
 
@@ -19,6 +20,7 @@ def blind(*arguments, check=True):
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
+    need_module("distributed", "pip install '.[fleet]'")
     out = tmp_path_factory.mktemp("blind") / "run"
     arguments = ["--out", str(out), "--seed", "5", "--cases", CASES, "--world", "scipy"]
     return out, arguments, blind(*arguments).stdout

@@ -56,6 +56,7 @@ ANSWERS = {
         "--out",
         "FOLDER/out",
     ],
+    "fleet": ["FOLDER/sets", "--out", "FOLDER/out"],
     "export": ["--c", "FOLDER/acf_peak.h"],
     "blind seal": ["FOLDER/sets"],
     "blind score": ["FOLDER/sets", "--out", "FOLDER/out", "--workers", 1],
@@ -126,19 +127,23 @@ def test_ctrl_c_leaves_nothing_half_written(path, end, monkeypatch, tmp_path):
     monkeypatch.setattr(
         "acf_jax.files.os.replace", lambda *names: stop()
     )  # the last moment of a command without JAX
-    monkeypatch.setattr("acf_jax.blind.campaign._all", lambda *rest: stop())
+    for module in ("blind.campaign", "fleet.run"):
+        monkeypatch.setattr(f"acf_jax.{module}.run_all", lambda *rest: stop())
     code, text, error = end(*path, *arguments)
     assert code == 130 and not text
     assert error.startswith("\nstopped; ") and len(error.splitlines()) == 2
-    assert ("goes on" in error) == (path in (("blind",), ("blind", "score")))
+    assert ("goes on" in error) == (path in (("blind",), ("blind", "score"), ("fleet",)))
     assert files(tmp_path) == before
 
 
 @EVERY
-def test_json_and_nothing_else_on_standard_output(path, end, tmp_path):
+def test_json_and_nothing_else_on_standard_output(path, end, monkeypatch, tmp_path):
     if path in (("blind",), ("blind", "score")):
         return  # tests/blind/test_run.py
     arguments = prepared(path, tmp_path)
+    monkeypatch.setattr(
+        "acf_jax.fleet.run.run_all", lambda work, pieces, _: ((key, work(piece)) for key, piece in pieces)
+    )
     with few_explanations(("gravity", "end_stop"), ()):
         code, text, error = end(*path, *arguments)
     assert code in (0, 1), error
@@ -156,7 +161,7 @@ def prepared(path: tuple[str, ...], folder: Path) -> list[str]:
     if path[-1] == "predict":
         (folder / "model").mkdir()
         (folder / "model/model.json").write_text(write_model(gap_model()))
-    if path[0] == "blind" and path[1:]:
+    if path[0] == "fleet" or (path[0] == "blind" and path[1:]):
         shutil.copytree(ROOT / "examples/rig", folder / "sets/rig")
         shutil.copy(ROOT / "examples/rig_answer.yaml", folder / "sets/rig/answer.yaml")
     return ["--json", *(str(a).replace("FOLDER", str(folder)) for a in arguments)]

@@ -1,25 +1,25 @@
 """A blind run: make the data sets, seal their answers, diagnose as a user would. Each stage resumes where it was."""
 
 import json
-import multiprocessing
-import os
 import shutil
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from acf_jax.blind.plan import WEAK, Order, draw_plan
 from acf_jax.blind.seal import SEAL, seal_answers
+from acf_jax.dataset import GapDataset, read_dataset
 from acf_jax.errors import InputError, shown
-from acf_jax.files import read_json_mapping, read_yaml_mapping, whole_folder, write_text
+from acf_jax.files import read_folder, read_json_mapping, read_yaml_mapping, write_folder, write_text
+from acf_jax.workers import Where, run_all
 
 WITHHELD = "withheld.json"  # the effects that a diagnosis shall not know, by data set
 RUN = "run.json"  # what a run was started with
 
 Report = Callable[[str, int, int], None]
+Files = dict[str, bytes]
 
 
 def _describe(folder: Path, arguments: dict[str, Any]) -> None:
@@ -35,15 +35,7 @@ def _describe(folder: Path, arguments: dict[str, Any]) -> None:
         )
 
 
-class Made(NamedTuple):
-    """Where a case goes: its data set for all to see, its answer apart."""
-
-    order: Order
-    folder: Path
-    answer: Path
-
-
-def make(folder: Path, seed: int, cases: int, worlds: Sequence[str], workers: int, report: Report) -> None:
+def make(folder: Path, seed: int, cases: int, worlds: Sequence[str], where: Where, report: Report) -> None:
     """Write the data sets of a run into `folder` and seal their answers.
 
     Raises:
@@ -55,25 +47,30 @@ def make(folder: Path, seed: int, cases: int, worlds: Sequence[str], workers: in
     _describe(folder, {"seed": seed, "cases": cases, "worlds": list(worlds)})
     apart = folder / ".answers"
     if not (folder / SEAL).exists():
-        todo = [
-            Made(order, folder / f"case-{k:03d}", apart / f"case-{k:03d}.yaml")
-            for k, order in enumerate(plan)
-        ]
-        missing = [made for made in todo if not made.answer.exists()]
-        _all(workers, _make_one, missing, partial(report, "drawing data sets"), len(todo))
-        withheld = {made.folder.name: made.order.without for made in todo if made.order.without}
+        orders = {f"case-{k:03d}": order for k, order in enumerate(plan)}
+        answers = {name: apart / f"{name}.yaml" for name in orders}
+        missing = {name: order for name, order in orders.items() if not answers[name].exists()}
+
+        def keep(name: str, made: tuple[Files, str]) -> None:
+            data, answer = made
+            write_folder(folder / name, data)
+            write_text(answers[name], answer)  # last: with it the case is whole
+
+        told = partial(report, "drawing data sets")
+        _each(_make_one, missing.items(), keep, where, told, len(orders) - len(missing), len(orders))
+        withheld = {name: order.without for name, order in orders.items() if order.without}
         write_text(folder / WITHHELD, json.dumps(withheld))
-        seal_answers(folder, {made.folder.name: read_yaml_mapping(made.answer) for made in todo})
+        seal_answers(folder, {name: read_yaml_mapping(answer) for name, answer in answers.items()})
     shutil.rmtree(apart, ignore_errors=True)
 
 
-def _make_one(made: Made) -> None:
+def _make_one(order: Order) -> tuple[Files, str]:
+    """The files of a data set, and its answer, which goes elsewhere."""
     import yaml
 
     from acf_jax.blind.imitate import imitators
     from acf_jax.worlds import answer_of, make_case, write_data
 
-    order = made.order
     case = make_case(order.seed, order.effects, None, order.target, order.world, order.coloured)
     answer: dict[str, Any] = {**answer_of(case), "withheld": order.without}
     if case.outside_library or order.without:
@@ -82,8 +79,9 @@ def _make_one(made: Made) -> None:
         from acf_jax.blind.ceiling import ceiling
 
         answer["ceiling"] = ceiling(case)
-    write_data(case, made.folder)
-    write_text(made.answer, yaml.safe_dump(answer, sort_keys=False))
+    with tempfile.TemporaryDirectory() as scratch:
+        write_data(case, Path(scratch))
+        return read_folder(Path(scratch)), yaml.safe_dump(answer, sort_keys=False)
 
 
 def data_sets(folder: Path) -> list[str]:
@@ -96,7 +94,7 @@ def data_sets(folder: Path) -> list[str]:
     return names
 
 
-def diagnose_all(folder: Path, results: Path, workers: int, report: Report) -> list[str]:
+def diagnose_all(folder: Path, results: Path, where: Where, report: Report) -> list[str]:
     """Diagnose every data set of `folder` that has no diagnosis in `results` yet; returns their names."""
     names = data_sets(folder)
     withheld: dict[str, str] = {}
@@ -106,78 +104,64 @@ def diagnose_all(folder: Path, results: Path, workers: int, report: Report) -> l
         withheld = read_json_mapping(folder / WITHHELD, "draw the run again")
         if strange := [name for name in withheld.values() if name not in list(library())]:
             raise InputError(f"{folder / WITHHELD}: {shown(strange[0])} is no effect; draw the run again")
-    todo = [
-        (folder / name, results / name, withheld.get(name, ""))
-        for name in names
-        if not (results / name / "diagnosis.json").exists()
-    ]
-    _all(workers, _diagnose_one, todo, partial(report, "diagnosing"), len(names))
+    missing = [name for name in names if not (results / name / "diagnosis.json").exists()]
+
+    def pieces() -> Iterator[tuple[str, tuple[GapDataset, str]]]:
+        for name in missing:
+            try:
+                yield name, (read_dataset(folder / name), withheld.get(name, ""))
+            except InputError as error:
+                write_folder(results / name, _unusable(error))
+
+    def keep(name: str, files: Files) -> None:
+        write_folder(results / name, files)
+
+    told = partial(report, "diagnosing")
+    _each(_diagnose_one, pieces(), keep, where, told, len(names) - len(missing), len(names))
     return names
 
 
-def _diagnose_one(task: tuple[Path, Path, str]) -> None:
+def _diagnose_one(task: tuple[GapDataset, str]) -> Files:
+    """The files of a diagnosis, and how long it took."""
     import time
 
-    from acf_jax.dataset import read_dataset
     from acf_jax.diagnosis.diagnose import diagnose
     from acf_jax.diagnosis.results import write_results
 
-    data, out, without = task
+    dataset, without = task
     begin = time.perf_counter()
-    try:
-        diagnosis = diagnose(read_dataset(data), without=[without] if without else [])
-    except InputError as error:  # a data set that cannot be used is a result as well
-        write_text(out / "diagnosis.json", json.dumps({"error": str(error)}))
-        return
-    with whole_folder(out) as scratch:
-        write_results(scratch, diagnosis)
-        write_text(scratch / "seconds.txt", f"{time.perf_counter() - begin:.2f}\n")
+    with tempfile.TemporaryDirectory() as scratch:
+        try:
+            write_results(Path(scratch), diagnose(dataset, without=[without] if without else []))
+        except InputError as error:
+            return _unusable(error)
+        write_text(Path(scratch) / "seconds.txt", f"{time.perf_counter() - begin:.2f}\n")
+        return read_folder(Path(scratch))
 
 
-def _start() -> None:
-    from acf_jax.start import start_jax
+def _unusable(error: InputError) -> Files:
+    """A data set that cannot be used is a result as well."""
+    return {"diagnosis.json": json.dumps({"error": str(error)}).encode()}
 
-    start_jax()
 
-
-def _all(
-    workers: int,
-    work: Callable[[Any], None],
-    todo: Sequence[Any],
+def _each(
+    work: Callable[[Any], Any],
+    pieces: Iterable[tuple[str, Any]],
+    keep: Callable[[str, Any], None],
+    where: Where,
     report: Callable[[int, int], None],
+    done: int,
     total: int,
 ) -> None:
-    """Run `work` on all of `todo` in processes of their own."""
-    done = total - len(todo)
+    """Do `work` on all pieces and keep each result; the first error is raised when all others are done."""
     report(done, total)
-    if not todo:
-        return
-    with (
-        _single_threaded(),
-        ProcessPoolExecutor(
-            min(workers, len(todo)), multiprocessing.get_context("spawn"), initializer=_start
-        ) as pool,
-    ):
-        failed = []
-        for future in as_completed([pool.submit(work, item) for item in todo]):
-            if error := future.exception():
-                failed.append(error)  # the others go on; the next run tries this one again
-                continue
-            done += 1
-            report(done, total)
+    failed = None
+    for name, outcome in run_all(work, pieces, where):
+        if isinstance(outcome, Exception):
+            failed = failed or outcome  # the others go on; the next run tries this one again
+            continue
+        keep(name, outcome)
+        done += 1
+        report(done, total)
     if failed:
-        raise failed[0]
-
-
-@contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Matrices are tiny: threads of the linear algebra in each process would only wait for each other."""
-    before = os.environ.get("OMP_NUM_THREADS")
-    os.environ["OMP_NUM_THREADS"] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ["OMP_NUM_THREADS"]
-        else:
-            os.environ["OMP_NUM_THREADS"] = before
+        raise failed

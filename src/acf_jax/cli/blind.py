@@ -1,12 +1,17 @@
 """`python -m acf_jax blind`: check the diagnosis on data whose cause is withheld."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from acf_jax.cli._ending import resumable
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import counts
+from acf_jax.cli._workers import SCHEDULER, WORKERS, say
+
+if TYPE_CHECKING:
+    from acf_jax.workers import Where
 
 EXAMPLES = """
 \b
@@ -15,9 +20,6 @@ Examples:
   python -m acf_jax blind seal my_sets
   python -m acf_jax blind score my_sets --out my_score
 """
-WORKERS = click.option(
-    "--workers", default=2, show_default=True, type=click.IntRange(min=1), help="Processes that diagnose."
-)
 SCORE_AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON: score.json.")
 GOES_ON = "the same command goes on where it was"
 
@@ -37,6 +39,7 @@ GOES_ON = "the same command goes on where it was"
     help="Engines that take turns.",
 )
 @WORKERS
+@SCHEDULER
 @SCORE_AS_JSON
 @click.pass_context
 def command(
@@ -46,6 +49,7 @@ def command(
     cases: int,
     worlds: tuple[str, ...],
     workers: int,
+    scheduler: str | None,
     as_json: bool,
 ) -> None:
     """Check the diagnosis on data sets whose cause is withheld.
@@ -60,12 +64,14 @@ def command(
     if out is None:
         raise InputError("--out: is missing; name a folder for the run")
     from acf_jax.blind.campaign import make
+    from acf_jax.workers import Where
 
+    where = Where(scheduler, workers, say)
     sets = out / "sets"
     with resumable(GOES_ON):
         with counts() as report:
-            make(sets, seed, cases, worlds, workers, report)
-        _score(sets, out / "results", workers, as_json)
+            make(sets, seed, cases, worlds, where, report)
+        _score(sets, out / "results", where, as_json)
 
 
 @command.command(epilog="Example: python -m acf_jax blind seal my_sets")
@@ -86,18 +92,21 @@ def seal(folder: Path, as_json: bool) -> None:
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for diagnoses and score.")
 @WORKERS
+@SCHEDULER
 @SCORE_AS_JSON
-def score(folder: Path, out: Path, workers: int, as_json: bool) -> None:
+def score(folder: Path, out: Path, workers: int, scheduler: str | None, as_json: bool) -> None:
     """Diagnose every data set of FOLDER that has no diagnosis in OUT yet, then open the answers and score.
 
     The answers are those under the seal of FOLDER, or an answer.yaml beside each data set: `effects: [...]`, and
     `components: [...]` where the cause lies outside the library.
     """
+    from acf_jax.workers import Where
+
     with resumable(GOES_ON):
-        _score(folder, out, workers, as_json)
+        _score(folder, out, Where(scheduler, workers, say), as_json)
 
 
-def _score(folder: Path, results: Path, workers: int, as_json: bool) -> None:
+def _score(folder: Path, results: Path, where: "Where", as_json: bool) -> None:
     import json
 
     from acf_jax.blind.campaign import data_sets, diagnose_all
@@ -112,7 +121,7 @@ def _score(folder: Path, results: Path, workers: int, as_json: bool) -> None:
     if digest and not as_json:
         click.echo(f"answers sealed, SHA-256 {digest}")
     with counts() as report:
-        names = diagnose_all(folder, results, workers, report)
+        names = diagnose_all(folder, results, where, report)
     answers = open_answers(folder, results, names)
     start_jax()
     from acf_jax.blind.score import score_one

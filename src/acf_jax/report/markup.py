@@ -57,6 +57,24 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -
     return element("table", element("caption", caption), element("thead", columns), element("tbody", *body))
 
 
+def sortable_table(
+    caption: str, head: Sequence[str], rows: Iterable[Sequence[tuple[object, str | float | None]]]
+) -> Html:
+    """The same with each cell's key beside it; page.js sorts by a column's keys when its name is pressed."""
+    body = []
+    for (first, key), *others in rows:
+        cells = [
+            element("td", element("div", cell), data_label=label, data_key=own)
+            for label, (cell, own) in zip(head[1:], others, strict=True)
+        ]
+        body.append(element("tr", element("th", first, scope="row", data_key=key), *cells))
+    columns = element(
+        "tr", *(element("th", element("button", label, type="button"), scope="col") for label in head)
+    )
+    parts = element("caption", caption), element("thead", columns), element("tbody", *body)
+    return element("div", element("table", *parts, class_="sortable"), class_="wide")
+
+
 def details(summary: object, *body: object) -> Html:
     """A part that opens on demand."""
     return element("details", element("summary", summary), *body)

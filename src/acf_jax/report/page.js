@@ -47,6 +47,23 @@ const drawAll = () => Promise.all(plots.map(draw));
 for (const choice of document.querySelectorAll("select[data-plot]")) {
   choice.addEventListener("change", () => draw(document.getElementById(choice.dataset.plot)));
 }
+
+/** Numbers by value, texts by the alphabet, what is not there last. */
+function compare(a, b, sign) {
+  if (a === undefined || b === undefined) return (a === undefined) - (b === undefined);
+  return sign * (isNaN(a) || isNaN(b) ? a.localeCompare(b) : a - b);
+}
+for (const table of document.querySelectorAll("table.sortable")) {
+  const heads = [...table.querySelectorAll("thead th")];
+  heads.forEach((head, column) => head.firstChild.addEventListener("click", () => {
+    const sign = head.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+    for (const other of heads) other.removeAttribute("aria-sort");
+    head.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
+    const key = (row) => row.cells[column].dataset.key;
+    const body = table.tBodies[0];
+    body.append(...[...body.rows].sort((a, b) => compare(key(a), key(b), sign)));
+  }));
+}
 prefersDark.addEventListener("change", drawAll);
 isNarrow.addEventListener("change", drawAll);
 drawAll().then(() => { document.documentElement.dataset.drawn = "true"; });

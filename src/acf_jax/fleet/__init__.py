@@ -1,0 +1,1 @@
+"""Many rigs: their diagnoses, what changed since last time, and a page over all."""

@@ -1,0 +1,103 @@
+"""`fleet.json`: what the diagnoses of many rigs came to, in one line each."""
+
+import json
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from acf_jax import __version__
+from acf_jax.errors import InputError
+from acf_jax.files import read_text
+
+SCHEMA: Literal["acf-gap-fleet/1"] = "acf-gap-fleet/1"
+FILE = "fleet.json"
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Estimate(_Part):
+    """A parameter of the corrected model."""
+
+    value: float
+    std: float | None
+    unit: str
+    at_bound: bool
+
+
+class Rig(_Part):
+    """One rig: its diagnosis, or why it has none."""
+
+    rig: str  # the name of its folder
+    fault: str = ""
+    data: str = ""  # a hash of what the diagnosis was made of
+    verdict: str = ""
+    first: tuple[str, ...] = ()  # the most probable explanation
+    probability: float | None = None  # of it
+    component: str | None = None  # where a cause most probably acts; None where there may be none
+    recalibrated_rms_n: float | None = None  # force error on unseen conditions, before the correction
+    corrected_rms_n: float | None = None  # and after it
+    peak_rms_percent: float | None = None  # peak error on unseen conditions, after it
+    shrinkage: float | None = None  # of the force error; of the peak error where there are no traces
+    parameters: dict[str, Estimate] = {}
+    warnings: int = 0
+
+
+class Change(_Part):
+    """What is different about a rig since an earlier run."""
+
+    rig: str
+    what: str  # "cause", or the parameter's name
+    before: str
+    after: str
+    sigmas: float | None = None  # the trend over its standard deviation; None for a cause
+
+
+class Fleet(_Part):
+    """One run over all rigs."""
+
+    schema_: Literal["acf-gap-fleet/1"] = Field(default=SCHEMA, alias="schema")
+    version: str = __version__
+    label: str  # of the run, on axes
+    finished: str  # UTC
+    rigs: tuple[Rig, ...]
+    since: tuple[str, ...] = ()  # labels of the earlier runs, oldest first
+    changes: tuple[Change, ...] = ()
+
+
+def rig_of(name: str, data: str, content: dict[str, Any]) -> Rig:
+    """The line of a rig from its `diagnosis.json`."""
+    first, gap, shrinkage = content["explanations"][0], content["gap"], content["shrinkage"]
+    component = content["where"]["component"]
+    removed = shrinkage["force"] or shrinkage["peak"]
+    return Rig(
+        rig=name,
+        data=data,
+        verdict=content["verdict"],
+        first=first["effects"],
+        probability=first["probability"],
+        component=max(component, key=component.__getitem__) if first["effects"] else None,
+        recalibrated_rms_n=gap["recalibrated"]["force_rms_n"],
+        corrected_rms_n=gap["corrected"]["force_rms_n"],
+        peak_rms_percent=gap["corrected"]["peak_rms_percent"],
+        shrinkage=removed and removed["value"],
+        parameters={
+            parameter: Estimate(**{key: value[key] for key in Estimate.model_fields})
+            for parameter, value in content["parameters"].items()
+        },
+        warnings=len(content["warnings"]),
+    )
+
+
+def read_fleet(folder: Path) -> Fleet:
+    """The record in a folder that `fleet` wrote; `InputError` says what is wrong with it."""
+    path = folder / FILE
+    try:
+        return Fleet.model_validate(json.loads(read_text(path)))
+    except ValidationError as error:
+        problems = [f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}" for e in error.errors()[:5]]
+    except (ValueError, RecursionError) as error:
+        problems = [f"is not JSON ({error})"]
+    raise InputError([f"{path}: {problem}; name a folder that `fleet` wrote" for problem in problems])

@@ -1,0 +1,129 @@
+"""Diagnose every data set of a folder: in many processes, and only what is not diagnosed yet."""
+
+import hashlib
+import json
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from acf_jax import __version__
+from acf_jax.dataset import GapDataset, read_dataset
+from acf_jax.errors import InputError
+from acf_jax.files import read_folder, read_text, write_folder, write_text
+from acf_jax.fleet.record import Fleet, Rig, rig_of
+from acf_jax.workers import Where, run_all
+
+DIAGNOSIS = "diagnosis.json"
+SOURCE = "source.json"  # of which data a diagnosis was made, beside it
+
+Task = tuple[GapDataset, int]  # a data set and the seed
+Files = dict[str, bytes]
+
+
+def diagnose_one(task: Task) -> Files:
+    """The files that `diagnose` writes for a data set."""
+    from acf_jax.diagnosis.diagnose import diagnose
+    from acf_jax.diagnosis.results import write_results
+    from acf_jax.report import write_report
+
+    diagnosis = diagnose(*task)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        write_report(folder / "report.html", diagnosis, write_results(folder, diagnosis))
+        return read_folder(folder)
+
+
+def run_fleet(
+    folder: Path,
+    out: Path,
+    seed: int,
+    where: Where,
+    report: Callable[[int, int], None],
+    work: Callable[[Task], Files] = diagnose_one,
+) -> Fleet:
+    """Diagnose the data sets of `folder` into folders of the same names in `out`.
+
+    A diagnosis that is there already stays if it was made of the same data, with the same seed and version.
+
+    **Arguments:** `report`: told how many rigs of how many are done.
+
+    **Returns:** a line a rig; a data set that cannot be used, or whose diagnosis failed, has its fault there.
+
+    **Raises:** `InputError` where the folder holds no data sets, or the processes cannot be had.
+    """
+    names = sorted(path.parent.name for path in folder.glob("*/dataset.yaml"))
+    if not names:
+        raise InputError(
+            f"{folder}: holds no data sets; name a folder whose folders hold a dataset.yaml each"
+        )
+    faults: dict[str, str] = {}
+    sources: dict[str, Source] = {}
+    done = 0
+
+    def told() -> None:
+        report(done, len(names))
+
+    def missing() -> Iterator[tuple[str, Task]]:
+        nonlocal done
+        for name in names:
+            try:
+                dataset = read_dataset(folder / name)
+            except InputError as error:
+                faults[name] = str(error)
+            else:
+                sources[name] = Source(_digest(dataset), seed)
+                if not _is_made(out / name, sources[name]):
+                    yield name, (dataset, seed)
+                    continue
+            done += 1
+            told()
+
+    told()
+    for name, outcome in run_all(work, missing(), where):
+        done += 1
+        if isinstance(outcome, Exception):
+            faults[name] = f"{folder / name}: the diagnosis failed ({type(outcome).__name__}: {outcome})"
+        else:
+            (out / name / SOURCE).unlink(missing_ok=True)
+            write_folder(out / name, outcome)
+            write_text(out / name / SOURCE, sources[name].text)  # last: with it the diagnosis is whole
+        told()
+    finished = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())
+    rigs = [
+        Rig(rig=name, fault=faults[name])
+        if name in faults
+        else rig_of(name, sources[name].digest, json.loads(read_text(out / name / DIAGNOSIS)))
+        for name in names
+    ]
+    return Fleet(label=out.resolve().name, finished=finished, rigs=tuple(rigs))
+
+
+class Source(NamedTuple):
+    """What a diagnosis depends on."""
+
+    digest: str  # of the data
+    seed: int
+    version: str = __version__
+
+    @property
+    def text(self) -> str:
+        return json.dumps(self._asdict()) + "\n"
+
+
+def _is_made(result: Path, source: Source) -> bool:
+    """Whether a whole diagnosis of this source is there."""
+    return (result / SOURCE).exists() and read_text(result / SOURCE) == source.text
+
+
+def _digest(dataset: GapDataset) -> str:
+    d = dataset
+    digest = hashlib.sha256(repr((d.description, d.rig, d.measurement)).encode())
+    for t in d.trials:
+        digest.update(repr((t.name, t.contact_velocity, t.pretension, t.peak_force)).encode())
+        if t.trace is not None:
+            digest.update(np.stack([t.trace.time, t.trace.force]).tobytes())
+    return digest.hexdigest()

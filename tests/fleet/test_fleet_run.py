@@ -1,0 +1,98 @@
+"""A fleet on a real local cluster, one process of which is killed; and what a second run does again."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from needs import need_module
+
+from acf_jax.dataset import read_dataset
+from acf_jax.errors import InputError
+from acf_jax.fleet import run as fleet_run
+from acf_jax.fleet.run import run_fleet
+from acf_jax.workers import Where, run_all
+from tests.fleet.pieces import KILLED, refuse, weigh, weigh_or_die
+
+EXAMPLE = Path(__file__).parents[2] / "examples/rig"
+NAMES = ("a", "b", "c")
+
+
+def drop_trial(folder: Path, index: int) -> None:
+    rows = (folder / "trials.csv").read_text("utf-8").splitlines(keepends=True)
+    (folder / "trials.csv").write_text("".join(rows[: index + 1] + rows[index + 2 :]), "utf-8")
+
+
+@pytest.fixture(scope="module")
+def rigs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three rigs, and a fourth folder whose trials.csv is missing."""
+    folder = tmp_path_factory.mktemp("fleet") / "rigs"
+    for left_out, name in enumerate(NAMES):
+        shutil.copytree(EXAMPLE, folder / name)
+        drop_trial(folder / name, left_out)
+    shutil.copytree(folder / "a", folder / "d")
+    (folder / "d" / "trials.csv").unlink()
+    return folder
+
+
+def quiet(done: int, total: int) -> None:
+    pass
+
+
+@pytest.fixture(scope="module")
+def made(rigs: Path, tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-untyped-def]
+    """The results of a run in which a process was killed, and what was said of its progress."""
+    need_module("distributed", "pip install 'acf-jax[fleet]'")
+    out, told, said = tmp_path_factory.mktemp("made") / "out", [], []
+    where = Where(workers=2, say=said.append)
+    fleet = run_fleet(rigs, out, 0, where, lambda *done: told.append(done), weigh_or_die)
+    assert (rigs / "b" / KILLED).exists(), "the process must have been killed"
+    return out, fleet, told, said
+
+
+def test_a_killed_process_loses_nothing_and_changes_no_result(rigs, made) -> None:  # type: ignore[no-untyped-def]
+    out, fleet, told, said = made
+    assert told[0] == (0, 4) and told[-1] == (4, 4)
+    assert said[0].startswith("dashboard: http://127.0.0.1:")
+    assert [rig.rig for rig in fleet.rigs] == ["a", "b", "c", "d"]
+    for name in NAMES:
+        for file, content in weigh((read_dataset(rigs / name), 0)).items():
+            assert (out / name / file).read_bytes() == content, f"{name}/{file}"
+    assert len({rig.parameters["moving_mass_kg"].value for rig in fleet.rigs[:3]}) == 3
+    assert "trials.csv: no such file" in fleet.rigs[3].fault
+    assert not (out / "d").exists()
+
+
+def test_only_what_changed_is_diagnosed_again(rigs, made, tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    out, before, *_ = made
+    changed = shutil.copytree(rigs, tmp_path / "rigs")
+    drop_trial(changed / "c", 5)
+
+    def here(work, pieces, where):  # type: ignore[no-untyped-def]
+        for name, task in pieces:
+            with pytest.raises(RuntimeError) as error:
+                work(task)
+            yield name, error.value
+
+    monkeypatch.setattr(fleet_run, "run_all", here)
+    after = run_fleet(changed, out, 0, Where(), quiet, refuse)
+    assert after.rigs[:2] == before.rigs[:2]
+    assert after.rigs[2].fault.endswith("the diagnosis failed (RuntimeError: was asked to diagnose)")
+    with_other_seed = run_fleet(rigs, out, 1, Where(), quiet, refuse)
+    assert all("was asked to diagnose" in rig.fault for rig in with_other_seed.rigs[:3])
+
+
+def test_a_folder_without_data_sets_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="holds no data sets"):
+        run_fleet(tmp_path, tmp_path / "out", 0, Where(), quiet)
+
+
+def test_nothing_to_do_starts_no_processes() -> None:
+    assert list(run_all(json.dumps, [], Where("tcp://nowhere:1"))) == []
+
+
+def test_a_scheduler_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    need_module("distributed", "pip install 'acf-jax[fleet]'")
+    monkeypatch.setattr("acf_jax.workers.REACH_S", 0.1)
+    with pytest.raises(InputError, match=r"--scheduler tcp://127\.0\.0\.1:1: cannot be reached"):
+        list(run_all(json.dumps, [("a", 1)], Where("tcp://127.0.0.1:1")))
