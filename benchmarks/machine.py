@@ -19,3 +19,8 @@ def describe() -> str:
     wide = " (AVX-512)" if "avx512f" in info.read_text() else ""
     packages = ", ".join(f"{name} {version(name)}" for name in ("jax", "numba", "scipy", "optimistix"))
     return f"{processor}{wide}, {cores()} cores, Python {platform.python_version()}, {packages}"
+
+
+def load() -> str:
+    """How busy the machine was in the last minute, what was measured included."""
+    return f"load {os.getloadavg()[0]:.1f}"
