@@ -40,6 +40,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     arguments = parser.parse_args(argv)
     jax.config.update("jax_enable_x64", True)  # as train.fit does
     config = read_config(arguments.config)
+    assert isinstance(config, Config), "the comparison is about the analytic model's surrogate"
     random = np.random.default_rng(0)
     inputs = len(FEATURES[config.features].inputs)
     x = random.uniform(-1, 1, (SAMPLES, inputs)).astype(config.precision)

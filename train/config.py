@@ -29,8 +29,8 @@ class _Part(BaseModel):
 class Range(_Part):
     """Lowest and highest value of one parameter, and how samples spread between them."""
 
-    low: float = Field(ge=0)
-    high: float = Field(ge=0)
+    low: float
+    high: float
     unit: str
     scale: Literal["linear", "log"] = "linear"
 
@@ -38,9 +38,18 @@ class Range(_Part):
     def _is_possible(self) -> Self:
         if self.low >= self.high:
             raise ValueError(f"low ({self.low:g}) must be below high ({self.high:g}); swap or widen them")
-        if self.scale == "log" and self.low == 0:
-            raise ValueError("a log scale cannot start at 0; raise low or use scale: linear")
+        if self.scale == "log" and self.low <= 0:
+            raise ValueError(f"a log scale cannot start at {self.low:g}; raise low or use scale: linear")
         return self
+
+
+def sign_faults(name: str, value: Range) -> list[str]:
+    """What is wrong with the sign of a quantity of rig or impact."""
+    if name in ("m", "k_c", "v_e") and value.low <= 0:
+        return [f"low must be above 0; the model needs a positive {name}"]
+    if name in ("d", "zeta", "k_f", "f_p", "mobility") and value.low < 0:
+        return [f"low must be 0 or above, but is {value.low:g}; correct it"]
+    return []
 
 
 class Ranges(_Part):
@@ -62,8 +71,7 @@ class Ranges(_Part):
             faults.append(
                 f"unit must be {UNITS[name]}, but is {value.unit}; convert the range to {UNITS[name]}"
             )
-        if name in ("m", "k_c", "v_e") and value.low == 0:
-            faults.append(f"low must be above 0; the model needs a positive {name}")
+        faults += sign_faults(name, value)
         if faults:
             raise ValueError("\n".join(faults))
         return value
@@ -127,18 +135,23 @@ class Table1(_Part):
     rig: TableRig
 
 
-class Config(_Part):
-    """Everything a run depends on; a run's folder keeps it, resolved, as config.yaml."""
+class _Run(_Part):
+    """What every run depends on."""
 
     output: Path = Field(description="folder of the run, from the working directory")
     seed: int = Field(default=0, ge=0, lt=2**31)
     precision: Literal["float32", "float64"] = "float32"
-    features: FeatureName = "fold"
-    compare: tuple[FeatureName, ...] = Field(default=(), description="trained too, on the same budget")
-    ranges: Ranges
     samples: Samples
     network: Shape
     optimiser: Optimiser
+
+
+class Config(_Run):
+    """Everything a run depends on; a run's folder keeps it, resolved, as config.yaml."""
+
+    features: FeatureName = "fold"
+    compare: tuple[FeatureName, ...] = Field(default=(), description="trained too, on the same budget")
+    ranges: Ranges
     table1: Table1 | None = None
     devices: int | None = Field(default=None, ge=1, description="of each process; left out: all it has")
     processes: Processes | None = None
@@ -153,14 +166,45 @@ class Config(_Part):
         return tuple(dict.fromkeys((self.features, *self.compare)))
 
 
-def read_config(path: Path, changes: tuple[str, ...] = ()) -> Config:
+class Labels(_Part):
+    """Which corrected model to learn, and what of it."""
+
+    model: Path = Field(
+        description="the model.json of a diagnosis, or its folder, from the working directory"
+    )
+    force: Literal["contact", "sensed"] = Field(
+        default="contact", description="at the contact, which design and check need, or the sensor's reading"
+    )
+    deviations: float = Field(
+        default=5.0, ge=1, le=10, description="half the range of a fitted parameter, in standard deviations"
+    )
+
+
+class CorrectedConfig(_Run):
+    """Everything a run on a corrected model depends on."""
+
+    labels: Labels
+    ranges: dict[str, Range] = Field(
+        default={}, description="of m, d, k_f, k_c, an effect's parameter, v_e, f_p, mobility (1/m_H)"
+    )
+
+    def identity(self) -> dict[str, Any]:
+        """What a run's state depends on besides the model: everything but where it is kept."""
+        return self.model_dump(mode="json", exclude={"output": True, "labels": {"model"}})
+
+
+AnyConfig = Config | CorrectedConfig
+
+
+def read_config(path: Path, changes: tuple[str, ...] = ()) -> AnyConfig:
     """The configuration in `path` with `key=value` changes applied; `InputError` lists every fault."""
     values = read_yaml_mapping(path)
     faults = [fault for change in changes if (fault := _apply(values, change))]
     faults += _include_rig(path, values)
+    form: type[AnyConfig] = CorrectedConfig if "labels" in values else Config
     config = None
     try:
-        config = Config.model_validate(values)
+        config = form.model_validate(values)
     except ValidationError as error:
         faults += [line for fault in error.errors() for line in _lines(path, dict(fault))]
     if faults or config is None:
@@ -168,7 +212,7 @@ def read_config(path: Path, changes: tuple[str, ...] = ()) -> Config:
     return config
 
 
-def to_yaml(config: Config) -> str:
+def to_yaml(config: AnyConfig) -> str:
     """The configuration with every default written out."""
     return yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False)
 

@@ -7,7 +7,7 @@ from scipy.stats import qmc
 
 from acf_jax.model import Impact, Peak, Rig, find_peaks
 from acf_jax.surrogate.box import UNITS
-from train.config import Config, Ranges
+from train.config import Config, Ranges, Samples
 
 # Each purpose draws its own scramble of the design, so that no sample serves two.
 PURPOSES = ("train", "held_out", "test", "held_out_edges", "test_edges")
@@ -52,9 +52,9 @@ def draw_samples(
     A fit is worst at the edges and corners of its box, where an even density has next to no samples:
     within a tenth of one corner, in all six parameters, it has one in 1,000,000; this one has one in 14,000.
     """
-    unit = _design(count, method, seed, first, count if end is None else end)
+    unit = _design(len(UNITS), count, method, seed, first, count if end is None else end)
     if towards_edges:
-        unit = np.sin(np.pi / 2 * unit) ** 2
+        unit = _towards_edges(unit)
     x = {}
     for column, name in zip(unit.T, UNITS, strict=True):
         range_ = getattr(ranges, name)
@@ -66,12 +66,30 @@ def draw_samples(
     return Rig(m=x["m"], d=d, k_f=x["k_f"], k_c=x["k_c"]), Impact(v_e=x["v_e"], f_p=x["f_p"])
 
 
-def _design(count: int, method: str, seed: int, first: int, end: int) -> np.ndarray:
+def draw_points(dimensions: int, samples: Samples, seed: int, purpose: str) -> np.ndarray:
+    """The points of one purpose in the unit cube, (n, dimensions), in the density that `draw` gives them."""
+    count, own, towards_edges = _plan(samples, seed, purpose)
+    unit = _design(dimensions, count, samples.method, own, 0, count)
+    return _towards_edges(unit) if towards_edges else unit
+
+
+def _towards_edges(unit: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sin(np.pi / 2 * unit) ** 2)
+
+
+def _plan(samples: Samples, seed: int, purpose: str) -> tuple[int, int, bool]:
+    """Number, seed, and whether the density is the Chebyshev one, of a purpose's points."""
+    count = getattr(samples, purpose.removesuffix("_edges"))
+    own = int(np.random.SeedSequence([seed, PURPOSES.index(purpose)]).generate_state(1)[0])
+    return count, own, purpose == "train" or purpose.endswith("_edges")
+
+
+def _design(dimensions: int, count: int, method: str, seed: int, first: int, end: int) -> np.ndarray:
     """The points from `first` to before `end` of `count` in the unit cube, whatever is asked for beside them."""
     random = np.random.default_rng(seed)
     if method == "latin_hypercube":  # has no part without the whole
-        return qmc.LatinHypercube(d=len(UNITS), rng=random).random(count)[first:end]
-    design = qmc.Sobol(d=len(UNITS), rng=random)
+        return qmc.LatinHypercube(d=dimensions, rng=random).random(count)[first:end]
+    design = qmc.Sobol(d=dimensions, rng=random)
     if first:
         return design.fast_forward(first).random(end - first)
     # Sobol points are balanced in powers of two; what is above `end` is dropped.
@@ -79,15 +97,13 @@ def _design(count: int, method: str, seed: int, first: int, end: int) -> np.ndar
 
 
 def label_samples(rig: Rig, impact: Impact) -> Peak:
-    """The labels: peak force and time of each sample. Labels from another model belong here."""
+    """The labels: peak force and time of each sample."""
     return find_peaks(rig, impact)
 
 
 def draw(config: Config, purpose: str, first: int = 0, end: int | None = None) -> tuple[Rig, Impact]:
     """The samples of one purpose, or those from `first` to before `end` of them."""
-    count = getattr(config.samples, purpose.removesuffix("_edges"))
-    seed = int(np.random.SeedSequence([config.seed, PURPOSES.index(purpose)]).generate_state(1)[0])
-    towards_edges = purpose == "train" or purpose.endswith("_edges")
+    count, seed, towards_edges = _plan(config.samples, config.seed, purpose)
     return draw_samples(config.ranges, count, config.samples.method, seed, towards_edges, first, end)
 
 

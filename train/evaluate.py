@@ -59,9 +59,9 @@ def judge(
         answers = {density: ask(surrogate, data) for density, data in test.items()}
         sizes = [leaf.size for leaf in jax.tree.leaves(eqx.filter(surrogate.network, eqx.is_array))]
         metrics["errors"][name] = {"parameters": sum(sizes)} | {
-            density: _figures(answers[density], test[density]) for density in test
+            density: figures(*answers[density][:2], test[density].f_max) for density in test
         }
-        metrics["distribution"][name] = _distribution(answers["box"].error)
+        metrics["distribution"][name] = distribution(answers["box"].error)
         if name == config.features:
             held_out = surrogate.held_out
             metrics["bound"] = {"u": held_out.edges.tolist(), "relative": held_out.largest.tolist()}
@@ -71,8 +71,8 @@ def judge(
     return metrics
 
 
-def _figures(answers: Answers, data: Labelled) -> dict[str, Any]:
-    """Quantiles and extremes of the error, relative and in newtons, and how often the bound failed."""
+def figures(error: np.ndarray, bound: np.ndarray, f_max: np.ndarray) -> dict[str, Any]:
+    """Quantiles and extremes of a relative error, also in newtons, and how often its bound failed."""
 
     def of(value: np.ndarray) -> dict[str, float]:
         size = np.abs(value)
@@ -86,14 +86,14 @@ def _figures(answers: Answers, data: Labelled) -> dict[str, Any]:
         }
 
     return {
-        "relative": of(answers.error),
-        "newton": of(answers.error * data.f_max),
-        "above_bound": int((np.abs(answers.error) > answers.bound).sum()),
-        "samples": answers.error.size,
+        "relative": of(error),
+        "newton": of(error * f_max),
+        "above_bound": int((np.abs(error) > bound).sum()),
+        "samples": error.size,
     }
 
 
-def _distribution(error: np.ndarray) -> dict[str, list[float]]:
+def distribution(error: np.ndarray) -> dict[str, list[float]]:
     """The share of samples whose error is larger, at the errors of evenly spaced shares (log scale)."""
     shares = np.geomspace(1, 1 / error.size, 60)
     return {"share": shares.tolist(), "error": np.quantile(np.abs(error), 1 - shares).tolist()}
@@ -154,17 +154,23 @@ def table1(config: Config, surrogate: Surrogate) -> list[dict[str, Any]]:
     return rows
 
 
-def summary(metrics: dict[str, Any]) -> str:
-    """The errors and Table 1 as text for a terminal."""
+def error_table(what: str, errors: dict[str, Any]) -> list[str]:
+    """Errors by name as lines for a terminal."""
     lines = ["", "Relative error of the peak force on fresh samples (even density over the box)"]
     lines.append(
-        f"{'features':>14} {'median':>9} {'p99':>9} {'p99.9':>9} {'max':>9} {'largest under-prediction':>26}"
+        f"{what:>14} {'median':>9} {'p99':>9} {'p99.9':>9} {'max':>9} {'largest under-prediction':>26}"
     )
-    for name, error in metrics["errors"].items():
-        relative, newton = error["box"]["relative"], error["box"]["newton"]
+    for name, error in errors.items():
+        relative, newton = error["relative"], error["newton"]
         numbers = " ".join(f"{relative[key]:9.1e}" for key in ("median", "p99", "p99_9", "max"))
         under = f"{relative['largest_under_prediction']:.1e}, {newton['largest_under_prediction']:.1e} N"
         lines.append(f"{name:>14} {numbers} {under:>26}")
+    return lines
+
+
+def summary(metrics: dict[str, Any]) -> str:
+    """The errors and Table 1 as text for a terminal."""
+    lines = error_table("features", {name: error["box"] for name, error in metrics["errors"].items()})
     if metrics["table1"]:
         lines += ["", "Table 1 of the paper, F_P = 100 N, peak force in N"]
         lines.append("v_E (m/s)   measured   paper's model   this model   surrogate   error bound")

@@ -6,7 +6,6 @@ same configuration and seed give the same metrics.json, interrupted and resumed 
 
 import argparse
 import json
-import platform
 import sys
 import time
 from collections.abc import Sequence
@@ -18,7 +17,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optax
 
 import acf_jax
 from acf_jax.cli._ending import end_well, resumable
@@ -29,12 +27,13 @@ from acf_jax.surrogate.box import UNITS, Box
 from acf_jax.surrogate.features import FEATURES, AbstractFeatures
 from acf_jax.surrogate.load import with_dtype
 from acf_jax.surrogate.surrogate import HeldOutError
-from train import evaluate
+from train import corrected, evaluate
 from train.config import Config, read_config, to_yaml
 from train.data import Labelled, make_data
 from train.devices import TrainingSet, find_devices, is_first, join_processes, make_training_set
 from train.loop import Diverged, fit_network
 from train.report import write_report
+from train.versions import versions
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -53,11 +52,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def work() -> int:
         config = read_config(arguments.config, tuple(arguments.set))
-        join_processes(config)
+        if isinstance(config, Config):
+            join_processes(config)
         words = redirect_stdout(sys.stderr) if arguments.json else nullcontext()
         try:
             with resumable("--resume goes on from the last checkpoint"), words:
-                metrics = run(config, arguments.resume)
+                if isinstance(config, Config):
+                    metrics = run(config, arguments.resume)
+                else:
+                    metrics = corrected.run(config, arguments.resume)
         except Diverged as error:
             print(f"error: {error}", file=sys.stderr)
             return 1
@@ -151,12 +154,6 @@ def bound_error(surrogate: Surrogate, *held_out: Labelled) -> Surrogate:
     dtype = surrogate.x.scale.dtype
     rounded_up = jnp.asarray(np.nextafter(largest.astype(dtype), np.inf, dtype=dtype))
     return eqx.tree_at(lambda s: s.held_out.largest, surrogate, rounded_up)
-
-
-def versions() -> dict[str, str]:
-    """What a run depends on besides its configuration."""
-    packages = {"acf-jax": acf_jax, "jax": jax, "equinox": eqx, "optax": optax, "numpy": np}
-    return {"python": platform.python_version()} | {name: p.__version__ for name, p in packages.items()}
 
 
 if __name__ == "__main__":

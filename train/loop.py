@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -40,7 +40,8 @@ def fit_network(
     **Raises:** `Diverged`; `InputError` where the checkpoint has another identity.
     """
     network_key, batch_key = jax.random.split(jax.random.key(seed))
-    network = new_network(shards.x.shape[-1], shape, shards.x.dtype, network_key)
+    outputs: int | Literal["scalar"] = "scalar" if shards.y.ndim == 2 else shards.y.shape[-1]
+    network = new_network(shards.x.shape[-1], shape, shards.x.dtype, network_key, outputs)
     parameters, static = eqx.partition(network, eqx.is_inexact_array)
     optimiser = optax.adam(
         optax.warmup_cosine_decay_schedule(
@@ -91,7 +92,7 @@ def make_steps(
 
     The batch of a step is drawn from the key and the step's number alone, so that a resumed run draws
     what an uninterrupted one would have drawn, and many devices what one would have. Each device then has an
-    equal share of the batch.
+    equal share of the batch. NaN in a target is no target.
     """
     ends = np.cumsum(shards.counts)
     starts = ends - shards.counts
@@ -99,7 +100,7 @@ def make_steps(
     def loss(parameters: Any, x: jax.Array, y: jax.Array) -> jax.Array:
         # The batch is the last axis: each layer is then one matrix product without a transposition.
         predicted = jax.vmap(eqx.combine(parameters, static), in_axes=1)(x.T)
-        return jnp.mean((predicted - y) ** 2)
+        return jnp.mean(jnp.where(jnp.isnan(y), 0.0, predicted - y) ** 2)
 
     def one_step(
         x: jax.Array, y: jax.Array, carry: tuple[Any, Any], step: jax.Array

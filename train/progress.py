@@ -13,7 +13,7 @@ _LINES = 10  # a run, where there is no terminal
 
 
 class Progress:
-    """Shows step, loss and time left of one network's training."""
+    """Shows step, time left and, where there is one, loss."""
 
     def __init__(self, name: str, step: int, steps: int):
         self.name, self.first, self.steps, self.start = name, step, steps, time.monotonic()
@@ -24,7 +24,7 @@ class Progress:
                 TextColumn("{task.description:>13}"),
                 BarColumn(),
                 MofNCompleteColumn(),
-                TextColumn("loss {task.fields[loss]}"),
+                TextColumn("{task.fields[loss]}"),
                 TimeRemainingColumn(),
             )
             self.bar = Bar(*columns, console=Console())
@@ -35,18 +35,17 @@ class Progress:
             self.bar.start()
         return self
 
-    def update(self, step: int, loss: float) -> None:
+    def update(self, step: int, loss: float | None = None) -> None:
         """Say that `step` steps are done, the last of them with a mean `loss`."""
+        shown = "" if loss is None else f"loss {loss:.1e}"
         if self.bar:
-            self.bar.update(self.task, completed=step, loss=f"{loss:.1e}")
+            self.bar.update(self.task, completed=step, loss=shown)
         elif step >= min(self.next_line, self.steps):
             self.next_line = step + self.steps / _LINES
             elapsed = time.monotonic() - self.start
             left = elapsed * (self.steps - step) / (step - self.first)
-            print(
-                f"{self.name}: step {step:,} of {self.steps:,}, loss {loss:.1e}, {left:.0f} s left",
-                flush=True,
-            )
+            words = (f"step {step:,} of {self.steps:,}", shown, f"{left:.0f} s left")
+            print(f"{self.name}: {', '.join(word for word in words if word)}", flush=True)
 
     def __exit__(
         self,

@@ -9,7 +9,7 @@ from typing import Any
 from acf_jax.files import write_text
 from acf_jax.surrogate.features import FEATURES
 from train.charts import Axis, Series, chart, colour_bar, decades, heat_map, power
-from train.config import Config, to_yaml
+from train.config import AnyConfig, Config, to_yaml
 
 _STYLE = Path(__file__).with_name("report.css")
 _AXES = {
@@ -35,11 +35,16 @@ def write_report(path: Path, config: Config, metrics: dict[str, Any], timings: d
         _worst(metrics),
         _run(config, metrics, timings),
     ]
+    write_page(path, config.output.name, parts)
+
+
+def write_page(path: Path, name: str, parts: Sequence[str]) -> None:
+    """Write one self-contained HTML file."""
     write_text(
         path,
         '<!doctype html><html lang="en"><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>Peak force surrogate: {escape(config.output.name)}</title>"
+        f"<title>Peak force surrogate: {escape(name)}</title>"
         f"<style>{_STYLE.read_text(encoding='utf-8')}</style>{''.join(parts)}</html>\n",
     )
 
@@ -67,14 +72,17 @@ def _headline(config: Config, metrics: dict[str, Any], timings: dict[str, float]
     return (
         f"<header><p>acf-jax · {escape(config.output.name)}</p><h1>Peak contact force, by a network</h1>"
         "<p>Trained on the analytic model's peak force and judged against it, on samples that training never "
-        f"saw. Feature set: <b>{config.features}</b> ({_lowered(FEATURES[config.features].meaning)}).</p>"
-        "</header>"
-        '<div class="cards">'
-        + "".join(
-            f'<div class="card {kind}"><b>{value}</b><span>{text}</span></div>' for value, text, kind in cards
-        )
-        + "</div>"
+        f"saw. Feature set: <b>{config.features}</b> ({lowered(FEATURES[config.features].meaning)}).</p>"
+        f"</header>{show_cards(cards)}"
     )
+
+
+def show_cards(cards: Sequence[tuple[str, str, str]]) -> str:
+    """Figures with what they mean: value, text, kind."""
+    shown = (
+        f'<div class="card {kind}"><b>{value}</b><span>{text}</span></div>' for value, text, kind in cards
+    )
+    return f'<div class="cards">{"".join(shown)}</div>'
 
 
 def _features(config: Config, metrics: dict[str, Any]) -> str:
@@ -110,12 +118,12 @@ def _features(config: Config, metrics: dict[str, Any]) -> str:
         row("max, N", "box", "newton", "max"),
         row("max under, N", "box", "newton", "largest_under_prediction"),
     ]
-    meanings = "; ".join(f"<b>{name}</b>: {_lowered(FEATURES[name].meaning)}" for name in config.all_features)
+    meanings = "; ".join(f"<b>{name}</b>: {lowered(FEATURES[name].meaning)}" for name in config.all_features)
     return (
         "<h2>What the physics buys</h2>"
         "<p>The same network, samples, optimiser and number of steps; only what it sees and predicts "
         f"differs. {meanings}.</p>"
-        + f'<div class="figures"><div>{_table(("error", *names), rows)}</div>'
+        + f'<div class="figures"><div>{table(("error", *names), rows)}</div>'
         + chart(
             "How often is the error larger?",
             curves,
@@ -159,7 +167,7 @@ def _table1(metrics: dict[str, Any]) -> str:
         "measured, the paper's model column, this repository's model, the surrogate, and the error bound "
         "that the surrogate states. What is left between model and measurement is the model's gap to the "
         "real flange; the surrogate adds nothing visible to it.</p>"
-        f'<div class="figures">{picture}<div>{_table(head, cells)}</div></div>'
+        f'<div class="figures">{picture}<div>{table(head, cells)}</div></div>'
     )
 
 
@@ -209,7 +217,7 @@ def _worst(metrics: dict[str, Any]) -> str:
         ]
         for row in metrics["worst"]
     ]
-    return "<h2>The ten worst samples</h2>" + _table(head, rows)
+    return "<h2>The ten worst samples</h2>" + table(head, rows)
 
 
 def _run(config: Config, metrics: dict[str, Any], timings: dict[str, float]) -> str:
@@ -218,25 +226,29 @@ def _run(config: Config, metrics: dict[str, Any], timings: dict[str, float]) -> 
         [names[name], f"{n['with_peak']:,}", f"{n['without_peak']:,}"]
         for name, n in metrics["samples"].items()
     ]
+    return show_run(table(("samples", "with a peak", "without"), samples), config, metrics, timings)
+
+
+def show_run(samples: str, config: AnyConfig, metrics: dict[str, Any], timings: dict[str, float]) -> str:
+    """Samples, timings, configuration and versions."""
     clocks = [[key.removesuffix("_s").replace("_", " "), f"{value:.1f}"] for key, value in timings.items()]
     versions = " · ".join(f"{escape(k)} {escape(v)}" for k, v in metrics["versions"].items())
     return (
-        '<h2>The run</h2><div class="figures"><div>'
-        + _table(("samples", "with a peak", "without"), samples)
-        + "</div><div>"
-        + _table(("timing of this session", "s"), clocks)
+        f'<h2>The run</h2><div class="figures"><div>{samples}</div><div>'
+        + table(("timing of this session", "s"), clocks)
         + f"</div></div><details><summary>Configuration</summary>"
         f"<pre>{escape(to_yaml(config))}</pre></details>"
         f"<p class=note>{versions}</p>"
     )
 
 
-def _lowered(text: str) -> str:
+def lowered(text: str) -> str:
     """Text with its subscripts (F_P, k_C) set low."""
     return re.sub(r"_(\w+)", r"<sub>\1</sub>", text)
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    top = "".join(f"<th>{_lowered(cell)}</th>" for cell in head)
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """An HTML table; the cells are HTML already."""
+    top = "".join(f"<th>{lowered(cell)}</th>" for cell in head)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
     return f'<div class="table"><table><tr>{top}</tr>{body}</table></div>'

@@ -9,8 +9,9 @@ import pytest
 
 from acf_jax.effects.end_stop import EndStop
 from acf_jax.effects.sensor_lag import SensorLag
+from acf_jax.effects.sensor_resonance import SensorResonance
 from acf_jax.model import Impact, Rig, contact_force, find_peak
-from acf_jax.simulator import simulate
+from acf_jax.simulator import largest_force, simulate
 from tests.effects.contract import IMPACT, LONG, QUICK, RIG, SAMPLES, H, run
 
 OMEGA_H = 0.01
@@ -116,3 +117,20 @@ def test_impacts_map_over_a_batch():
 def test_steps_beyond_the_last_stay_zero():
     force = np.asarray(paper(RIG, IMPACT, H, steps=10))
     assert (force[:11] > 0).all() and (force[11:] == 0).all()
+
+
+@pytest.mark.parametrize("which", ["contact", "sensed"])
+def test_the_largest_force_is_that_of_the_trace(which):
+    """A ringing sensor and a held flange: force and time of the peak, and whether it is one within the window."""
+    effects = [EndStop(0.6, 0.6), SensorResonance(0.5, 300.0, 0.05)]
+    program = jax.jit(
+        lambda window: largest_force(RIG, IMPACT, effects, H, window, which), compiler_options=QUICK
+    )
+    trace = jax.jit(lambda: simulate(RIG, IMPACT, effects, H, 6 * SAMPLES), compiler_options=QUICK)()
+    lost = int(np.argmax(np.asarray(trace.contact) <= 0))
+    assert lost > 0
+    force = np.asarray(getattr(trace, which))[: lost + 1]
+    top, found = int(force.argmax()), program(6 * SAMPLES * H)
+    assert found.exists and 0 <= float(found.force) - force[top] < 1e-4 * force[top]
+    assert abs(float(found.time) - top * H) <= H / 2
+    assert not program(top * H / 2).exists, "a force that still rises at the end of the window has no peak"

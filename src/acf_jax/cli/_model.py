@@ -1,5 +1,6 @@
-"""The model that `design`, `speed` and `check` work with: a rig's YAML file or a diagnosis' model.json."""
+"""The model that `peak`, `design`, `speed` and `check` work with: a rig, a diagnosis, or a surrogate of one."""
 
+import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,13 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 from acf_jax.cli._rig import RIG, read_rig
 from acf_jax.errors import InputError, shown
-from acf_jax.files import read_json_mapping, read_yaml_mapping
+from acf_jax.files import read_bytes, read_json_mapping, read_yaml_mapping
 
 if TYPE_CHECKING:
     from acf_jax.contact.model import ContactModel
+    from acf_jax.surrogate import CorrectedSurrogate
 
 IMPACT = ("v_e", "f_p")
-HELP = "A rig's YAML file (rig, and if known relative_std and tried), or a diagnosis' model.json."
+HELP = (
+    "A rig's YAML file (rig, and if known relative_std and tried), a diagnosis' model.json, or a model.eqx that was"
+    " trained on one."
+)
+TRAINED = "acf-jax corrected surrogate 1"
 
 
 class ModelFile:
@@ -30,7 +36,7 @@ class ModelFile:
         if path.is_dir():
             self.path = path / "model.json"  # a diagnosis' folder
         if self.is_diagnosis:
-            faults += self._check_json()
+            faults += self._check_trained() if self.is_trained else self._check_json()
             faults += [
                 f"relative_std.{name}: of a diagnosis only v_e and f_p are free to give; its fit tells the rest"
                 for name in self.relative_std
@@ -49,23 +55,58 @@ class ModelFile:
 
     @property
     def is_diagnosis(self) -> bool:
-        """Whether the file is a diagnosis' model rather than a rig's four values."""
-        return self.path.suffix.lower() == ".json"
+        """Whether the file holds a diagnosis' model rather than a rig's four values."""
+        return self.path.suffix.lower() in (".json", ".eqx")
+
+    @property
+    def is_trained(self) -> bool:
+        """Whether the file is a surrogate, which carries the diagnosis' model that it stands for."""
+        return self.path.suffix.lower() == ".eqx"
 
     def load(self) -> "ContactModel":
-        """The model; JAX must have been started."""
+        """The model, a surrogate in place of the simulation where the file is one; JAX must have been started."""
+        from acf_jax.contact.read import by_surrogate
+
+        model, trained = self.load_exact()
+        return model if trained is None else by_surrogate(model, trained)
+
+    def load_exact(self) -> "tuple[ContactModel, CorrectedSurrogate | None]":
+        """The model without its surrogate, and the surrogate beside it."""
         from acf_jax.contact.read import of_diagnosis, of_rig
+        from acf_jax.diagnosis.model_file import check_model, read_model
 
+        if self.is_trained:
+            from acf_jax.surrogate import load_corrected
+
+            trained, content = load_corrected(self.path)
+            gap = check_model(self.path, content)
+            return of_diagnosis(gap, self.relative_std, str(self.path)), trained
         if self.is_diagnosis:
-            from acf_jax.diagnosis.model_file import read_model
-
-            return of_diagnosis(read_model(self.path), self.relative_std, str(self.path))
+            return of_diagnosis(read_model(self.path), self.relative_std, str(self.path)), None
         surrogate = None
         if self.surrogate is not None:
             from acf_jax.surrogate import load_surrogate
 
             surrogate = load_surrogate(None if str(self.surrogate) == "shipped" else self.surrogate)
-        return of_rig(self.rig, self.relative_std, surrogate, self.tried, str(self.path))
+        return of_rig(self.rig, self.relative_std, surrogate, self.tried, str(self.path)), None
+
+    def _check_trained(self) -> list[str]:
+        """Of the header only; `load` reads the rest."""
+        header: Any = None
+        try:
+            header = json.loads(read_bytes(self.path).partition(b"\n")[0])
+        except InputError as error:
+            return error.faults
+        except (ValueError, RecursionError):
+            pass
+        if not isinstance(header, dict) or header.get("format") != TRAINED:
+            return [
+                f"{self.path}: is no surrogate of a corrected model; use a model.eqx that train.fit wrote with"
+                " `labels`, or for the paper's model a rig's YAML file"
+            ]
+        if header.get("which") != "contact":
+            return [f"{self.path}: has learnt the sensor's reading; train it with labels.force: contact"]
+        return []
 
     def _check_json(self) -> list[str]:
         try:

@@ -132,7 +132,8 @@ def command(
     from acf_jax.safety.check import Checker
     from acf_jax.surrogate import load_surrogate
 
-    checker = Checker(file.load(), None if exact else load_surrogate(), confidence)
+    model, trained = file.load_exact()
+    checker = Checker(model, None if exact else trained or load_surrogate(), confidence)
     answers = [checker(situation) for situation in counted(asked, "situations")]
     if out is not None and situations is not None:
         from acf_jax.files import write_text

@@ -51,9 +51,10 @@ def _answer(config: "Config", model: "ContactModel", where: Path, plot: Path | N
     from acf_jax.design.task import make_task
 
     ranges = {name: (r.low, r.high) for name, r in config.ranges().items()}
-    if faults := _range_faults(where, ranges, model.names):
-        raise InputError(faults)
     fixed = {name: value for name in ("v_e", "f_p") if isinstance(value := getattr(config, name), float)}
+    given = ranges | {name: (value, value) for name, value in fixed.items()}
+    if faults := _range_faults(where, ranges, model.names) or _learnt_faults(where, given, model):
+        raise InputError(faults)
     task = make_task(model, ranges, fixed, config.goal, config.limit, config.probability)
     with stages() as progress:
         progress("searching the ranges")
@@ -101,4 +102,17 @@ def _range_faults(where: Path, ranges: dict[str, tuple[float, float]], names: tu
         f"{where}: free.{name}: low must be above 0; the model needs a positive {name}"
         for name, (low, _) in ranges.items()
         if name in ("m", "k_c") and low == 0
+    ]
+
+
+def _learnt_faults(where: Path, given: dict[str, tuple[float, float]], model: "ContactModel") -> list[str]:
+    """Ranges that a surrogate was not trained for."""
+    from acf_jax.contact.read import learnt_range
+
+    known = {name: learnt_range(model, name) for name in given}
+    return [
+        f"{where}: {name}: {low:g} to {high:g} leaves the surrogate's {learnt[0]:g} to {learnt[1]:g}; narrow it, or"
+        " name the diagnosis' model.json as model"
+        for name, (low, high) in given.items()
+        if (learnt := known[name]) is not None and not learnt[0] <= low <= high <= learnt[1]
     ]

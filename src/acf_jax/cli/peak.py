@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._model import ModelFile
 from acf_jax.cli._rig import collect_rig, option, sign_fault
 from acf_jax.errors import InputError
 
@@ -15,11 +16,18 @@ Examples:
   python -m acf_jax peak --m 4 --d 0 --k-f 0 --k-c 175561 --v-e 0.2 --f-p 100
   python -m acf_jax peak --rig configs/table1_rig.yaml --f-p 100 --v-e 0.05 --v-e 0.1 --v-e 0.2
   python -m acf_jax peak --rig configs/table1_rig.yaml --f-p 100 --v-e 0.2 --v-e 0.3 --plot force.html
+  python -m acf_jax peak --model artifacts/diagnosis --f-p 60 --v-e 0.2
 """
 
 
 @click.command(epilog=EXAMPLES)
 @click.option("--rig", "rig_file", type=click.Path(path_type=Path), help="YAML file: rig: {m, d, k_f, k_c}.")
+@click.option(
+    "--model",
+    "model_file",
+    type=click.Path(path_type=Path),
+    help="In place of a rig: a diagnosis' model.json, or a model.eqx that was trained on one.",
+)
 @click.option("--m", type=float, help="Moving mass, kg.")
 @click.option("--d", type=float, help="Damping, N s/m.")
 @click.option("--k-f", type=float, help="Stiffness of the actuator, N/m.")
@@ -30,14 +38,32 @@ Examples:
 @click.option("--plot", type=click.Path(path_type=Path), help="Write the force over time to this HTML file.")
 def command(
     rig_file: Path | None,
+    model_file: Path | None,
     v_e: tuple[float, ...],
     f_p: float | None,
     as_json: bool,
     plot: Path | None,
     **rig_options: float | None,
 ) -> None:
-    """Peak contact force of the paper's model, when it occurs, and whether it exists."""
-    rig_values, faults = collect_rig(rig_file, rig_options)
+    """Peak contact force of the paper's model, or of a corrected one, when it occurs, and whether it exists."""
+    file = None
+    if model_file is None:
+        rig_values, faults = collect_rig(rig_file, rig_options)
+    else:
+        rig_values, faults = (
+            {},
+            [
+                f"{option(name)} belongs to the paper's model; remove it or --model"
+                for name, value in {"rig": rig_file, "plot": plot, **rig_options}.items()
+                if value is not None
+            ],
+        )
+        try:
+            file = ModelFile(model_file)
+            if not file.is_diagnosis:
+                faults.append(f"--model {model_file}: is a rig; give it by --rig")
+        except InputError as error:
+            faults += error.faults
     faults += [fault for v in v_e if (fault := sign_fault("v_e", v, option("v_e")))]
     if not v_e:
         faults.append("--v-e is missing; give one contact velocity or more, in m/s")
@@ -50,6 +76,9 @@ def command(
     if faults:
         raise InputError(faults)
 
+    if file is not None:
+        _corrected(file, v_e, float(f_p or 0), as_json)
+        return
     rows = _peaks(rig_values, v_e, float(f_p or 0))
     if plot is not None:
         from acf_jax.cli._peak_plot import write_force_plot
@@ -85,3 +114,50 @@ def _peaks(rig_values: dict[str, float], v_e: tuple[float, ...], f_p: float) -> 
         found = {"f_max": float(f_max), "t_max": float(t_max)} if has_peak else {"f_max": None, "t_max": None}
         rows.append({"v_e": v, **found, "has_peak": bool(has_peak)})
     return rows
+
+
+def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: bool) -> None:
+    """Peaks of a diagnosis' model: simulated, or by the surrogate that was trained on it."""
+    from acf_jax.start import start_jax
+
+    start_jax()
+    import jax
+    import jax.numpy as jnp
+    import numpy as np
+
+    from acf_jax.contact.body import WALL
+    from acf_jax.contact.peak import Simulated, Trained
+
+    model = file.load()
+    law = model.main.peak
+    z = jnp.asarray(np.array([model.at(v, f_p) for v in v_e]))
+    rows: list[dict[str, Any]] = []
+    if isinstance(law, Trained):
+        surrogate = law.surrogate
+        q = jax.vmap(lambda z: law.sample(z, WALL))(z)
+        found = jax.jit(jax.vmap(surrogate.predict))(q)
+        for v, sample, *answer in zip(v_e, np.asarray(q), *map(np.asarray, found), strict=True):
+            force, time, bound, is_inside = answer
+            row = {"v_e": v, "f_max": float(force), "t_max": float(time), "error_bound": float(bound)}
+            if not is_inside:
+                row = dict.fromkeys(row) | {"v_e": v, "fault": "; ".join(surrogate.domain.faults(sample))}
+            rows.append(row | {"has_peak": bool(is_inside)})
+    else:
+        assert isinstance(law, Simulated)
+        peaks = jax.jit(jax.vmap(lambda z: law.largest(z, WALL)))(z)
+        for v, force, time, exists in zip(v_e, *map(np.asarray, peaks), strict=True):
+            values = (
+                {"f_max": float(force), "t_max": float(time)} if exists else {"f_max": None, "t_max": None}
+            )
+            rows.append({"v_e": v, **values, "has_peak": bool(exists)})
+    if as_json:
+        echo_json({"model": str(file.path), "f_p": f_p, "peaks": rows})
+        return
+    click.echo("contact velocity    peak force       after" + "      wrong by less than" * file.is_trained)
+    for row in rows:
+        result = row.get("fault", "no peak: the force still rises after 60 ms")
+        if row["has_peak"]:
+            result = f"{row['f_max']:9.2f} N  {1e3 * row['t_max']:7.3f} ms"
+            if file.is_trained:
+                result += f"  {row['error_bound']:16.2f} N"
+        click.echo(f"{row['v_e']:12.4g} m/s   {result}")

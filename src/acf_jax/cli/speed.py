@@ -55,15 +55,23 @@ def command(
     from acf_jax.start import start_jax
 
     start_jax()
+    from acf_jax.contact.read import learnt_range
     from acf_jax.design.remedy import Infeasible
     from acf_jax.design.solve import Design, design
     from acf_jax.design.task import make_task
 
     model = file.load()
+    slowest, fastest = learnt_range(model, "v_e") or (0.0, up_to)
+    least, most = learnt_range(model, "f_p") or (f_p, f_p)
+    if not least <= f_p <= most:
+        raise InputError(f"--f-p must lie in the surrogate's {least:g} to {most:g} N, but is {f_p:g}")
+    up_to = min(up_to, fastest)
+    if slowest >= up_to:
+        raise InputError(f"--up-to must be above the surrogate's {slowest:g} m/s, but is {up_to:g}")
     rows: list[dict[str, Any]] = []
     notes: list[str] = []
     for force in counted(limit, "limits"):
-        task = make_task(model, {"v_e": (0.0, up_to)}, {"f_p": f_p}, "fastest", force, probability)
+        task = make_task(model, {"v_e": (slowest, up_to)}, {"f_p": f_p}, "fastest", force, probability)
         found = design(task)
         row: dict[str, Any] = {"limit_n": force, "v_e": None, "expected_force_n": None, "v_e_per_n": None}
         if isinstance(found, Design):
@@ -90,15 +98,16 @@ def command(
         return
     click.echo("       limit    highest velocity    expected force    one newton more")
     for row in rows:
-        click.echo(f"{row['limit_n']:10.4g} N   {_words(row, up_to)}")
+        click.echo(f"{row['limit_n']:10.4g} N   {_words(row, slowest)}")
     for note in dict.fromkeys(notes):
         click.echo(f"note: {note}")
 
 
-def _words(row: dict[str, Any], up_to: float) -> str:
+def _words(row: dict[str, Any], slowest: float) -> str:
     if row["v_e"] is None:
         least = row["force_at_rest_n"]
-        return f"none: pressing without speed takes {least:.4g} N already; lower the pretension"
+        how = "pressing without speed" if slowest == 0 else f"the surrogate's lowest speed, {slowest:g} m/s,"
+        return f"none: {how} takes {least:.4g} N already; lower the pretension"
     if not row["limit_reached"]:
         why = "the search's end, or where the force has no first peak beyond"
         return f"{row['v_e']:12.4f} m/s {row['expected_force_n']:15.2f} N     limit not reached: {why}"

@@ -15,8 +15,9 @@ from acf_jax.diagnosis.forward import SAMPLES, unpack
 from acf_jax.diagnosis.predict import LONGEST
 from acf_jax.diagnosis.space import component_of
 from acf_jax.model import Impact, Rig, find_peak
-from acf_jax.simulator import simulate
-from acf_jax.surrogate import Surrogate
+from acf_jax.simulator import LargestForce, largest_force
+from acf_jax.simulator.peak import Force
+from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 RIG = ("m", "d", "k_f", "k_c")
 
@@ -83,35 +84,46 @@ class Simulated(AbstractPeak):
     block = 64
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
+        found = self.largest(z, body)
+        return ContactPeak(found.force, found.exists)
+
+    def largest(self, z: Float[Array, " p"], body: Body, which: Force = "contact") -> LargestForce:
+        """The largest force of one sample and its time; `which` may ask for the sensor's reading instead."""
         rig, effects = unpack(self.effects, z[:-2])
         if self.credits_stiffness():
             rig = Rig(rig.m, rig.d, rig.k_f, series_stiffness(rig.k_c, body))
         stiffest = jnp.sqrt((rig.k_f + rig.k_c) * (1 / rig.m + body.mobility))
         h = jnp.maximum(jnp.minimum(self.longest_step, STEP_PER_RADIAN / stiffest), LONGEST / (SAMPLES - 4))
-        h = jax.lax.stop_gradient(h)
-        steps = jnp.minimum((LONGEST / h).astype(int) + 3, SAMPLES - 1)
         recoil = Recoil(jnp.asarray(body.mobility))
-        response = simulate(rig, Impact(z[-2], z[-1]), [*effects, recoil], h, SAMPLES, steps)
-        return _largest(response.contact, steps)
+        effects = [*effects, recoil]
+        return largest_force(rig, Impact(z[-2], z[-1]), effects, jax.lax.stop_gradient(h), LONGEST, which)
 
     def credits_stiffness(self) -> bool:
         return all(component_of(name) != "contact" for name in self.effects)
+
+
+class Trained(AbstractPeak):
+    """A surrogate of a corrected model, its error bound added to its force; it knows no peak outside its box."""
+
+    surrogate: CorrectedSurrogate
+    law: Simulated  # what it stands for
+    block = 4096
+
+    def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
+        found = self.surrogate.predict(self.sample(z, body))
+        return ContactPeak(found.force + found.error_bound, found.is_inside)
+
+    def sample(self, z: Float[Array, " p"], body: Body) -> Float[Array, " p+1"]:
+        """q of the surrogate: the body's stiffness in series with the contact's where the law credits it."""
+        k = series_stiffness(z[3], body) if self.credits_stiffness() else z[3]
+        mobility = jnp.asarray(body.mobility, float)
+        return jnp.concatenate([z.at[3].set(k), mobility[None]])
+
+    def credits_stiffness(self) -> bool:
+        return self.law.credits_stiffness()
 
 
 def coupled(z: Float[Array, " p"], body: Body) -> tuple[Rig, Impact]:
     """Rig and impact of the paper's model against a body."""
     rig = Rig(reduced_mass(z[0], body), z[1], z[2], series_stiffness(z[3], body))
     return rig, Impact(z[-2], z[-1])
-
-
-def _largest(force: Float[Array, " samples"], steps: Array) -> ContactPeak:
-    """The largest sample before contact is lost, refined by a parabola."""
-    k = jnp.arange(force.size)
-    lost = (force <= 0) & (k > 0) & (k <= steps)
-    end = jnp.where(lost.any(), jnp.argmax(lost), steps)
-    top = jnp.argmax(jnp.where(k <= end, force, -jnp.inf))
-    left, mid, right = (force[jnp.clip(top + i, 0, force.size - 1)] for i in (-1, 0, 1))
-    curvature = left - 2 * mid + right
-    is_inner = (top > 0) & (top < end) & (curvature < 0)
-    shift = jnp.where(is_inner, 0.5 * (left - right) / jnp.where(is_inner, curvature, -1.0), 0.0)
-    return ContactPeak(mid - 0.25 * (left - right) * shift, (top < end) | lost.any())

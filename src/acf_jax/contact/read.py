@@ -2,15 +2,17 @@
 
 from collections.abc import Mapping
 
+import equinox as eqx
 import numpy as np
 
 from acf_jax.contact.model import ContactModel, Range, Variant
-from acf_jax.contact.peak import RIG, AbstractPeak, ClosedForm, Learned, Simulated
+from acf_jax.contact.peak import RIG, AbstractPeak, ClosedForm, Learned, Simulated, Trained
 from acf_jax.dataset import Measurement
 from acf_jax.diagnosis.model_file import GapModel
 from acf_jax.diagnosis.model_file import Variant as Saved
+from acf_jax.diagnosis.predict import Which
 from acf_jax.diagnosis.space import LEAST_SHARE, parameters
-from acf_jax.surrogate import Surrogate
+from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 IMPACT = ("v_e", "f_p")
 UNITS = ("kg", "N s/m", "N/m", "N/m")
@@ -43,29 +45,55 @@ def of_rig(
 
 
 def of_diagnosis(
-    model: GapModel, relative_std: Mapping[str, float] | None = None, source: str = "diagnosis"
+    model: GapModel,
+    relative_std: Mapping[str, float] | None = None,
+    source: str = "diagnosis",
+    which: Which = "corrected",
 ) -> ContactModel:
     """The corrected model of a diagnosis, the explanations beside it, and the fit's covariance.
 
-    `relative_std`: of v_e and f_p about their commanded values; a data set's default where it is not given.
+    `relative_std`: of v_e and f_p about their commanded values; a data set's default where it is not given. `which`:
+    the paper's model instead, at the rig's prior values or refitted; neither knows what it misses.
     """
     usual = Measurement()
     given = {"v_e": usual.contact_velocity_rel_std, "f_p": usual.pretension_rel_std} | dict(
         relative_std or {}
     )
-    effects = model.corrected.effects
+    chosen: Saved = getattr(model, which)
+    is_corrected = which == "corrected"
+    effects = chosen.effects
     own = parameters(effects)[len(RIG) :]
     names = (*RIG, *(name for name, _ in own), *IMPACT)
     return ContactModel(
         names=names,
         units=(*UNITS, *(p.unit for _, p in own), "m/s", "N"),
-        main=_variant(model, model.corrected),
-        others=tuple(_variant(model, v) for v in model.alternatives),
+        main=_variant(model, chosen),
+        others=tuple(_variant(model, v) for v in model.alternatives if is_corrected),
         relative=np.array([float(given.get(name, 0.0)) for name in names]),
-        form_error=model.peak_form_error,
+        form_error=model.peak_form_error if is_corrected else 0.0,
         tried=(model.v_range, model.f_p_range),
         source=source,
     )
+
+
+def by_surrogate(model: ContactModel, surrogate: CorrectedSurrogate) -> ContactModel:
+    """A diagnosis' model with a surrogate for its main explanation; what stands beside it is simulated all the same.
+
+    **Raises:** `ValueError` for a model or a surrogate that does not fit.
+    """
+    law, names = model.main.peak, surrogate.domain.names[:-1]
+    if not isinstance(law, Simulated) or names != model.names or surrogate.which != "contact":
+        raise ValueError("the surrogate stands for another model; use the model that model.eqx carries")
+    return eqx.tree_at(lambda m: m.main.peak, model, Trained(surrogate, law))
+
+
+def learnt_range(model: ContactModel, name: str) -> Range | None:
+    """Where a surrogate knows a quantity of the model; None for a model without one."""
+    law = model.main.peak
+    if not isinstance(law, Trained):
+        return None
+    i = model.names.index(name)
+    return law.surrogate.domain.low[i], law.surrogate.domain.high[i]
 
 
 def _variant(model: GapModel, saved: Saved) -> Variant:

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -121,7 +121,11 @@ def write_model(model: GapModel) -> str:
 
 def read_model(path: Path) -> GapModel:
     """The model in a file; `InputError` names what is wrong with it."""
-    content = read_json_mapping(path, "use the model.json that `diagnose` wrote")
+    return check_model(path, read_json_mapping(path, "use the model.json that `diagnose` wrote"))
+
+
+def check_model(path: Path, content: dict[str, Any]) -> GapModel:
+    """The model in what a file holds; `InputError` names what is wrong with it."""
     try:
         model = GapModel.model_validate(content)
     except ValidationError as error:

@@ -8,11 +8,12 @@ from scipy.stats import norm
 from acf_jax.contact.body import Body
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import ClosedForm
+from acf_jax.contact.read import by_surrogate
 from acf_jax.design.boundary import first_failure
 from acf_jax.safety import standard
-from acf_jax.safety.infer import Inferred, exact_way, quick_way
+from acf_jax.safety.infer import Inferred, Way, exact_way, quick_way, trained_way
 from acf_jax.safety.situation import Situation
-from acf_jax.surrogate import Surrogate
+from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 Verdict = Literal["allowed", "not allowed", "not decidable"]
 NEAR = 1e-3  # of the limit: nearer to it the exact model decides
@@ -34,15 +35,28 @@ class Answer(NamedTuple):
 
 
 class Checker:
-    """Answers for one model; compiled with the first situation, quick from then on."""
+    """Answers for one model; compiled with the first situation, quick from then on.
 
-    def __init__(self, model: ContactModel, surrogate: Surrogate | None = None, confidence: float = 0.975):
+    The surrogate answers where it fits the model and is sure: one of the paper's model for a rig, one of a corrected
+    model for the diagnosis it was trained on.
+    """
+
+    def __init__(
+        self,
+        model: ContactModel,
+        surrogate: Surrogate | CorrectedSurrogate | None = None,
+        confidence: float = 0.975,
+    ):
         self.model = model
         self.confidence = confidence
         self.factor = float(norm.ppf(confidence))
         self.exact = exact_way(model)
         has_closed_form = isinstance(model.main.peak, ClosedForm)
-        self.quick = quick_way(model, surrogate) if surrogate is not None and has_closed_form else None
+        self.quick: Way | None = None
+        if isinstance(surrogate, CorrectedSurrogate):
+            self.quick = trained_way(by_surrogate(model, surrogate))
+        elif surrogate is not None and has_closed_form:
+            self.quick = quick_way(model, surrogate)
         self.exact_name = "exact model" if has_closed_form else "simulation"
 
     def __call__(self, situation: Situation) -> Answer:

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.model import ContactModel, spread
-from acf_jax.contact.peak import ClosedForm, coupled
+from acf_jax.contact.peak import ClosedForm, Trained, coupled
 from acf_jax.model import contact_force
 from acf_jax.safety.certificate import certified_peak
 from acf_jax.surrogate import Surrogate
@@ -54,6 +54,22 @@ def quick_way(model: ContactModel, surrogate: Surrogate) -> Way:
         variance = gradient[:-2] @ covariance @ gradient[:-2] + ((gradient * relative * z) ** 2).sum()
         inside = found.holds & surrogate.box.has(rig, impact).all()
         return jnp.stack([found.lower, found.upper, jnp.sqrt(variance), inside.astype(float)])
+
+    return _compiled(one)
+
+
+def trained_way(model: ContactModel) -> Way:
+    """A surrogate of a corrected model with the bounds that its training measured; known only inside its box."""
+    law = model.main.peak
+    if not isinstance(law, Trained):
+        raise ValueError("the model has no surrogate; take the exact way")
+    bounds = law.surrogate.bounds
+
+    def one(x: Input) -> Float[Array, " 4"]:
+        peak, own = spread(model, x[:-2], Body(x[-2], x[-1]))
+        lower = peak.force * (1 - bounds.force) / (1 + bounds.force)
+        std = own.std + bounds.std * peak.force
+        return jnp.stack([lower, peak.force, std, peak.exists.astype(float)])
 
     return _compiled(one)
 

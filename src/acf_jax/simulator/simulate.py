@@ -2,11 +2,11 @@
 
 import functools
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from acf_jax.effects import AbstractEffect, Motion
 from acf_jax.effects._interface import Scalar
@@ -89,6 +89,62 @@ class _System(NamedTuple):
         return jax.tree.map(lambda y, a, b, c, d: y + h / 6 * (a + 2 * b + 2 * c + d), y, k_1, k_2, k_3, k_4)
 
 
+class Moving(NamedTuple):
+    """What goes from one step to the next."""
+
+    y: _State
+    released: Bool[Array, ""]
+    signals: tuple[Scalar, ...]  # N, contact force, then the force after each sensor stage
+    memories: tuple[
+        Float[Array, " n_memory"], ...
+    ]  # of the sensor stages; none where nobody asks for the sensor
+
+
+def make_system(
+    rig: Rig, impact: Impact, effects: Sequence[AbstractEffect], pull: Scalar | float = 0.0
+) -> _System:
+    """The equations of motion; the arguments are those of `simulate`."""
+    return _System(rig, impact, tuple(effects), jnp.asarray(pull, float))
+
+
+def start(system: _System, h: Scalar, has_sensor: bool = True) -> Moving:
+    """The instant of first contact."""
+    y_0 = _State(jnp.zeros(()), jnp.zeros(()), tuple(jnp.zeros(e.n_own) for e in system.effects))
+    f_0 = system.motion(jnp.zeros(()), y_0).f_c
+    memory_0 = tuple(jnp.zeros(e.n_memory) for e in system.effects) if has_sensor else ()
+    # Before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensors. Not
+    # shorter: the slope of the jump would drown their readings in rounding errors.
+    silence = tuple(jnp.zeros(()) for _ in range(len(memory_0) + 1))
+    signals_0, _ = _sense(system.effects, silence, f_0, h * 1e-3, memory_0)
+    return Moving(y_0, jnp.asarray(False), signals_0, memory_0)
+
+
+def advance(system: _System, k: Int[Array, ""], h: Scalar, moving: Moving) -> Moving:
+    """The step from k h to (k + 1) h."""
+    t = k * h
+    free = jnp.where(moving.released, 1.0, system.free_share(t, h, moving.y))
+    y = system.step(t, h, moving.y, free)
+    f_c = system.motion(t + h, y).f_c
+    signals, memories = _sense(system.effects, moving.signals, f_c, h, moving.memories)
+    return Moving(y, moving.released | (free > 0), signals, memories)
+
+
+def _sense(
+    effects: tuple[AbstractEffect, ...],
+    before: tuple[Scalar, ...],
+    f: Scalar,
+    h: Scalar,
+    memories: tuple[Array, ...],
+) -> tuple[tuple[Scalar, ...], tuple[Array, ...]]:
+    """The force after each sensor stage, from the same one step earlier; the force alone without memories."""
+    after, kept = [f], []
+    for e, last, memory in zip(effects, before, memories, strict=False):
+        memory, reading = e.sense((last, after[-1]), h, memory)
+        after.append(reading)
+        kept.append(memory)
+    return tuple(after), tuple(kept)
+
+
 def simulate(
     rig: Rig,
     impact: Impact,
@@ -112,38 +168,15 @@ def simulate(
     **Returns:** a `Response` with leaves of shape `(samples,)`, in N.
     """
     h = jnp.asarray(h, float)
-    system = _System(rig, impact, tuple(effects), jnp.asarray(pull, float))
-    y_0 = _State(jnp.zeros(()), jnp.zeros(()), tuple(jnp.zeros(e.n_own) for e in effects))
-    f_0 = system.motion(jnp.zeros(()), y_0).f_c
-    memory_0 = tuple(jnp.zeros(e.n_memory) for e in effects)
+    system = make_system(rig, impact, effects, pull)
+    moving_0 = start(system, h)
 
-    def sense(
-        before: tuple[Scalar, ...], f: Scalar, h: Scalar, memories: tuple[Array, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Array, ...]]:
-        """The force after each sensor stage, from the same one step earlier."""
-        after, kept = [f], []
-        for e, last, memory in zip(effects, before, memories, strict=False):
-            memory, reading = e.sense((last, after[-1]), h, memory)
-            after.append(reading)
-            kept.append(memory)
-        return tuple(after), tuple(kept)
-
-    # Before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensors. Not
-    # shorter: the slope of the jump would drown their readings in rounding errors.
-    silence = tuple(jnp.zeros(()) for _ in range(len(effects) + 1))
-    signals_0, _ = sense(silence, f_0, h * 1e-3, memory_0)
-
-    def body(k: Int[Array, ""], carry: tuple[Any, ...]) -> tuple[Any, ...]:
-        y, released, signals, memories, out = carry
-        t = k * h
-        free = jnp.where(released, 1.0, system.free_share(t, h, y))
-        y = system.step(t, h, y, free)
-        f_c = system.motion(t + h, y).f_c
-        signals, memories = sense(signals, f_c, h, memories)
-        out = Response(out.sensed.at[k + 1].set(signals[-1]), out.contact.at[k + 1].set(f_c))
-        return y, released | (free > 0), signals, memories, out
+    def body(k: Int[Array, ""], carry: tuple[Moving, Response]) -> tuple[Moving, Response]:
+        moving, out = carry
+        moving = advance(system, k, h, moving)
+        sensed = out.sensed.at[k + 1].set(moving.signals[-1])
+        return moving, Response(sensed, out.contact.at[k + 1].set(moving.signals[0]))
 
     empty = jnp.zeros(samples)
-    out = Response(empty.at[0].set(signals_0[-1]), empty.at[0].set(f_0))
-    carry = (y_0, jnp.asarray(False), signals_0, memory_0, out)
-    return jax.lax.fori_loop(0, samples - 1 if steps is None else steps, body, carry)[-1]
+    out = Response(empty.at[0].set(moving_0.signals[-1]), empty.at[0].set(moving_0.signals[0]))
+    return jax.lax.fori_loop(0, samples - 1 if steps is None else steps, body, (moving_0, out))[-1]

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import equinox as eqx
 import jax
@@ -15,6 +15,9 @@ from acf_jax.surrogate.box import UNITS, Box
 from acf_jax.surrogate.features import FEATURES
 from acf_jax.surrogate.saved import read_header, read_leaves, write_tree
 from acf_jax.surrogate.surrogate import Affine, HeldOutError, Surrogate
+
+Form = TypeVar("Form", bound=BaseModel)
+Tree = TypeVar("Tree")
 
 FORMAT = "acf-jax surrogate 1"
 DEFAULT = Path(__file__).with_name("default.eqx")
@@ -48,10 +51,23 @@ class _Header(BaseModel):
     ranges: dict[str, _Interval]
 
 
-def new_network(inputs: int, shape: Shape, dtype: Any, key: Any) -> eqx.nn.MLP:
-    """A multilayer perceptron from `inputs` numbers to one."""
+def new_network(
+    inputs: int, shape: Shape, dtype: Any, key: Any, outputs: int | Literal["scalar"] = "scalar"
+) -> eqx.nn.MLP:
+    """A multilayer perceptron from `inputs` numbers to one, or to a vector of `outputs`."""
     activation = ACTIVATIONS[shape.activation]
-    return eqx.nn.MLP(inputs, "scalar", shape.width, shape.depth, activation, dtype=dtype, key=key)
+    return eqx.nn.MLP(inputs, outputs, shape.width, shape.depth, activation, dtype=dtype, key=key)
+
+
+def blank_network(
+    inputs: int, shape: Shape, dtype: Any, outputs: int | Literal["scalar"] = "scalar"
+) -> eqx.nn.MLP:
+    """The same without numbers, for a file to fill: NumPy's, because JAX without x64 has no float64."""
+    network = eqx.filter_eval_shape(new_network, inputs, shape, float, jax.random.key(0), outputs)
+    blank: eqx.nn.MLP = jax.tree.map(
+        lambda leaf: np.zeros(leaf.shape, dtype) if isinstance(leaf, jax.ShapeDtypeStruct) else leaf, network
+    )
+    return blank
 
 
 def save_surrogate(path: Path, surrogate: Surrogate, shape: Shape, more: dict[str, Any]) -> None:
@@ -80,24 +96,34 @@ def load_surrogate(path: Path | str | None = None) -> Surrogate:
     """
     path = DEFAULT if path is None else Path(path)
     header, body = read_header(path)
-    try:
-        checked = _Header.model_validate(header)
-    except ValidationError as error:
-        faults = [f"{path}: header, {_dotted(e['loc'])}: {e['msg']}" for e in error.errors()]
-        raise InputError([fault + "; train it again with this version" for fault in faults]) from None
+    checked = check_header(path, header, _Header)
     if set(checked.ranges) != set(UNITS):
         raise InputError(f"{path}: header, ranges: must name {', '.join(UNITS)}; train it again")
 
-    surrogate = read_leaves(path, body, _like(checked, json.dumps(header)))
-    if not all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(eqx.filter(surrogate, eqx.is_array))):
+    return fill(path, body, _like(checked, json.dumps(header)))
+
+
+def check_header(path: Path, header: dict[str, Any], form: type[Form]) -> Form:
+    """The header in its form; `InputError` lists what does not fit."""
+    try:
+        return form.model_validate(header)
+    except ValidationError as error:
+        faults = [f"{path}: header, {_dotted(e['loc'])}: {e['msg']}" for e in error.errors()]
+        raise InputError([fault + "; train it again with this version" for fault in faults]) from None
+
+
+def fill(path: Path, body: bytes, like: Tree) -> Tree:
+    """The module `like` with the numbers in a file's body, in JAX's default precision."""
+    filled = read_leaves(path, body, like)
+    if not all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(eqx.filter(filled, eqx.is_array))):
         raise InputError(f"{path}: holds numbers that are not finite; train it again")
-    return with_dtype(surrogate, float)
+    return with_dtype(filled, float)
 
 
-def with_dtype(surrogate: Surrogate, dtype: Any) -> Surrogate:
+def with_dtype(surrogate: Tree, dtype: Any) -> Tree:
     """The surrogate with its arrays in another precision."""
     arrays, rest = eqx.partition(surrogate, eqx.is_array)
-    cast: Surrogate = eqx.combine(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), arrays), rest)
+    cast: Tree = eqx.combine(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), arrays), rest)
     return cast
 
 
@@ -107,15 +133,10 @@ def _like(header: _Header, text: str) -> Surrogate:
     inputs = len(features.inputs)
 
     def blank(*shape: int) -> Any:
-        # NumPy's, because JAX without x64 has no float64
         return np.zeros(shape, dtype)
 
-    network = eqx.filter_eval_shape(new_network, inputs, header.network, float, jax.random.key(0))
-    network = jax.tree.map(
-        lambda leaf: blank(*leaf.shape) if isinstance(leaf, jax.ShapeDtypeStruct) else leaf, network
-    )
     return Surrogate(
-        network,
+        blank_network(inputs, header.network, dtype),
         x=Affine(blank(inputs), blank(inputs)),
         y=Affine(blank(), blank()),
         held_out=HeldOutError(blank(header.bins), blank(header.bins)),

@@ -1,0 +1,173 @@
+"""A surrogate of the corrected model that a diagnosis leaves; `train.fit` runs it where `labels` are given."""
+
+import dataclasses
+import hashlib
+import json
+import shutil
+import time
+from functools import partial
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.sharding import Mesh
+
+from acf_jax.contact.peak import Simulated
+from acf_jax.contact.read import by_surrogate, of_diagnosis
+from acf_jax.diagnosis.model_file import GapModel, read_model, write_model
+from acf_jax.errors import InputError
+from acf_jax.files import write_text
+from acf_jax.surrogate.corrected import (
+    Bounds,
+    CorrectedSurrogate,
+    Domain,
+    coordinates,
+    is_first_peak,
+    targets,
+)
+from acf_jax.surrogate.corrected_file import save_corrected
+from acf_jax.surrogate.load import with_dtype
+from acf_jax.surrogate.surrogate import Affine
+from train.config import CorrectedConfig, to_yaml
+from train.corrected_report import write_corrected_report
+from train.devices import AXIS, Shards
+from train.domain import make_domain
+from train.judge import ask, joined, judge, misled, missed, search_worst, std_error, summary
+from train.labels import Labels, Simulator, joined_labels, make_labels, make_simulator
+from train.loop import fit_network
+from train.versions import versions
+
+MARGIN = 1.2  # of the bounds over the largest errors that held-out samples and the search found
+STD_SAMPLES = 1024  # at which the force's standard deviation is simulated, ten times as dear as the force
+LEAST_SHARE = 0.5  # of impacts whose first peak is the largest force, below which the box is refused
+DISTANCE = 0.05  # of the third output above what was seen where the surrogate must not answer
+PURPOSES = ("train", "held_out", "held_out_edges", "test", "test_edges")
+
+
+def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
+    """Label, train, bound and judge; returns what metrics.json holds."""
+    folder, timings, clock = config.output, {}, time.perf_counter
+    path = config.labels.model
+    gap = read_model(path / "model.json" if path.is_dir() else path)
+    model = of_diagnosis(gap)
+    law = Simulated(gap.corrected.effects, gap.step_s)
+    domain = make_domain(config, model, law)
+
+    start = clock()
+    simulate = make_simulator(law, config.labels.force)
+    data = _labels(config, domain, simulate, gap, resume)
+    timings["labels_s"] = clock() - start
+    print(
+        f"{sum(len(d.q) for d in data.values()):,} impacts of the corrected model simulated, "
+        f"{len(domain.free)} inputs: {', '.join(domain.names[i] for i in domain.free)}"
+    )
+
+    start = clock()
+    surrogate, losses = _train(config, domain, data["train"], gap, resume)
+    timings["train_s"] = clock() - start
+
+    start = clock()
+    wide = with_dtype(surrogate, float)
+    held_out = joined_labels(data["held_out"], data["held_out_edges"])
+    known = [ask(wide, held_out), ask(wide, data["train"])]
+    known.append(search_worst(wide, simulate, held_out, missed, config.seed))
+    tolerance = joined(known).tolerance()
+    known.append(search_worst(wide, simulate, held_out, partial(misled, tolerance=tolerance), config.seed))
+    seen = joined(known)
+    least = max(0.5, float(misled(seen, tolerance).max()) + DISTANCE)
+    held = seen.held(least)
+    if held.force.size < LEAST_SHARE * seen.force.size:
+        raise InputError(
+            "ranges: the network cannot tell for sure where the force grows beyond its first peak later, which it "
+            f"does in {100 * (1 - seen.is_first.mean()):.2g} % of the impacts; raise the lowest k_c, or lower the "
+            "highest k_f, d or mobility"
+        )
+    std = np.zeros(1)  # the sensor's reading is no force to hold within a limit
+    if config.labels.force == "contact":
+        answered = held_out.q[known[0].is_first & (known[0].a > least)]
+        alone = dataclasses.replace(model, others=())
+        few = answered[:: max(1, len(answered) // STD_SAMPLES)]
+        std = std_error(alone, by_surrogate(alone, wide), few)
+    sizes = {"force": held.force, "time": held.time[held.is_first], "std": std}
+    largest = {name: MARGIN * float(np.abs(errors).max()) for name, errors in sizes.items()}
+    dtype = surrogate.x.scale.dtype
+    bounds = Bounds(*(jnp.asarray(value, dtype) for value in (*largest.values(), least)))
+    surrogate = eqx.tree_at(lambda s: s.bounds, surrogate, bounds)
+    test = {"box": data["test"], "edges": data["test_edges"]}
+    metrics = judge(with_dtype(surrogate, float), test, joined(known[2:]).held(least), std)
+    metrics |= {"losses": losses, "versions": versions()}
+    timings["evaluate_s"] = clock() - start
+
+    more = {
+        "config": config.model_dump(mode="json"),
+        "versions": metrics["versions"],
+        "errors": metrics["errors"],
+    }
+    save_corrected(
+        folder / "model.eqx", surrogate, config.network, gap.model_dump(mode="json", by_alias=True), more
+    )
+    write_text(folder / "config.yaml", to_yaml(config))
+    write_text(folder / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
+    write_text(folder / "timings.json", json.dumps(timings, indent=1) + "\n")
+    write_corrected_report(folder / "report.html", config, domain, law.effects, metrics, timings)
+    print(summary(metrics))
+    print(f"surrogate: {folder / 'model.eqx'}, report: {folder / 'report.html'}")
+    return metrics
+
+
+def _labels(
+    config: CorrectedConfig, domain: Domain, simulate: Simulator, gap: GapModel, resume: bool
+) -> dict[str, Labels]:
+    """The samples of every purpose; `InputError` where too few of them have something to learn."""
+    if not resume:
+        shutil.rmtree(config.output / "labels", ignore_errors=True)
+    identity = {
+        "model": _fingerprint(gap),
+        "force": config.labels.force,
+        "seed": config.seed,
+        "samples": config.samples.model_dump(),
+        "low": domain.low,
+        "high": domain.high,
+        "logarithmic": domain.logarithmic,
+    }
+    identity = json.loads(json.dumps(identity))  # as it comes back from a file
+    data = {p: make_labels(config, domain, simulate, p, identity) for p in PURPOSES}
+    first = np.asarray(jax.vmap(is_first_peak)(*map(jnp.asarray, (data["train"].q, *data["train"][3:]))))
+    if first.mean() < LEAST_SHARE:
+        raise InputError(
+            f"ranges: in only {100 * first.mean():.0f} % of the impacts is the first peak the largest force within "
+            "60 ms; raise the lowest k_c, or lower the highest k_f, d or mobility"
+        )
+    return data
+
+
+def _train(
+    config: CorrectedConfig, domain: Domain, data: Labels, gap: GapModel, resume: bool
+) -> tuple[CorrectedSurrogate, list[float]]:
+    """A surrogate fitted to the labels, its bounds still unknown, and the mean loss of each chunk of steps."""
+    dtype = np.dtype(config.precision)
+    columns = tuple(map(jnp.asarray, data[1:]))
+    x = jax.jit(jax.vmap(lambda q: coordinates(domain, q)))(columns[0])
+    y = jax.jit(jax.vmap(targets))(*columns)
+    to_x = Affine((x.max(0) + x.min(0)) / 2, jnp.maximum((x.max(0) - x.min(0)) / 2, 1e-12))
+    to_y = Affine(jnp.nanmean(y, 0), jnp.maximum(jnp.nanstd(y, 0), 1e-12))
+    shards = Shards(
+        Mesh(np.array(jax.local_devices()[:1]), (AXIS,)),
+        jax.vmap(to_x)(x).astype(dtype)[None],
+        jax.vmap(to_y)(y).astype(dtype)[None],
+        np.array([len(x)]),
+    )
+    path = config.output / "checkpoints" / "corrected.eqx"
+    identity = config.identity() | {"model": _fingerprint(gap)}
+    network, losses = fit_network(
+        "corrected", shards, config.network, config.optimiser, config.seed, path, identity, resume
+    )
+    nothing = Bounds(*(jnp.zeros(()) for _ in range(4)))
+    surrogate = CorrectedSurrogate(network, to_x, to_y, nothing, domain, config.labels.force)
+    return with_dtype(surrogate, dtype), losses
+
+
+def _fingerprint(gap: GapModel) -> str:
+    return hashlib.sha256(write_model(gap).encode()).hexdigest()
