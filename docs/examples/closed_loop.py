@@ -1,0 +1,75 @@
+"""How fast may the flange meet a wall? By the paper's model, refitted, corrected, learnt - and in truth.
+
+    python docs/examples/closed_loop.py [--model artifacts/closed_loop/model.eqx]
+
+The truth is that of the simulated rig behind examples/rig, an engine that shares no code with the models.
+"""
+
+# %% Set-up: double precision, and the surrogate, which carries the corrected model that it was trained on.
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+import jax
+import numpy as np
+from scipy.optimize import brentq
+
+from acf_jax.contact.body import WALL
+from acf_jax.contact.model import ContactModel, forces
+from acf_jax.contact.read import by_surrogate, of_diagnosis
+from acf_jax.diagnosis.model_file import check_model
+from acf_jax.surrogate import load_corrected
+from acf_jax.worlds import make_case
+from acf_jax.worlds.interface import Impact, find_world
+
+ROOT = Path(__file__).resolve().parents[2]
+F_P = 60.0  # N
+LIMITS = (90.0, 120.0, 150.0)  # N, of the peak contact force
+RANGE = (0.05, 0.35)  # m/s, of the trials
+
+parser = argparse.ArgumentParser(description="Allowed speeds by every model of examples/rig.")
+parser.add_argument("--model", type=Path, default=ROOT / "examples/rig_surrogate.eqx", help="a model.eqx")
+options = parser.parse_args()
+jax.config.update("jax_enable_x64", True)
+surrogate, content = load_corrected(options.model)
+gap = check_model(options.model, content)
+
+# %% The models: one function from contact velocity to peak contact force each.
+Force = Callable[[float], float]
+
+
+def of(model: ContactModel) -> Force:
+    """Peak contact force against a wall, N."""
+    return lambda v: float(forces(model.main.peak, model.at(v, F_P)[None], WALL)[0][0])
+
+
+case = make_case(6, ["end_stop"], target=150.0, coloured=False)  # as examples/make_rig.py makes it
+world, time = find_world(case.world), np.linspace(0.0, 0.02, 2001)  # s
+
+
+def truth(v: float) -> float:
+    """The largest contact force of the rig itself, N."""
+    response = world.respond(case.setup.rig, list(case.causes.values()), Impact(v, F_P), time)
+    return float(response.contact.max())
+
+
+corrected = of_diagnosis(gap)
+models: dict[str, Force] = {
+    "paper's model": of(of_diagnosis(gap, which="nominal")),
+    "recalibrated": of(of_diagnosis(gap, which="recalibrated")),
+    "corrected": of(corrected),
+    "surrogate": of(by_surrogate(corrected, surrogate)),
+    "truth": truth,
+}
+
+# %% The speed at which the expected force reaches each limit.
+speeds = {
+    name: [
+        brentq(lambda v, limit=limit, force=force: force(v) - limit, *RANGE, xtol=1e-6) for limit in LIMITS
+    ]
+    for name, force in models.items()
+}
+print(f"speed in m/s at which the peak contact force reaches a limit, {F_P:g} N of pretension")
+print(f"{'':14}" + "".join(f"{limit:9.0f} N" for limit in LIMITS))
+for name, row in speeds.items():
+    print(f"{name:14}" + "".join(f"{v:11.4f}" for v in row))
