@@ -30,14 +30,14 @@ class Weights:
     """
 
     nu: float = 16.0  # how many independent pieces a misfit of form has
-    nu_noise: float = 50.0  # the same for noise that is not as it is said to be
-    rho_squared: float = 0.065  # the share of the gap that a wrong form leaves
-    effect: float = 7.0  # cost of one effect, in log probability
-    second: float = 5.0  # cost of each further one
-    port: float = 11.8  # cost of the free discrepancy at a port
-    nameless: float = 12.7  # cost of a cause that neither the library nor the ports can imitate
-    freedom: float = 22.0  # degrees of freedom of the Student prior of the rig's parameters
-    margin: float = 0.056  # by which the chi-square of a sample may exceed 1: noise is not known exactly
+    nu_noise: float = 17.0  # the same for noise that is not as it is said to be
+    rho_squared: float = 0.03  # the share of the gap that a wrong form leaves
+    effect: float = 5.9  # cost of one effect, in log probability
+    second: float = 6.5  # cost of each further one
+    port: float = 11.7  # cost of the free discrepancy at a port
+    nameless: float = 17.0  # cost of a cause that neither the library nor the ports can imitate
+    freedom: float = 27.0  # degrees of freedom of the Student prior of the rig's parameters
+    margin: float = 0.03  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
 
 WEIGHTS = Weights()
