@@ -1,4 +1,4 @@
-"""The largest force of one impact with effects, without keeping its trace, which is several times as fast in a batch."""
+"""The largest force of one impact with effects, without keeping its trace: several times as fast in a batch."""
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
