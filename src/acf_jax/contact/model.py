@@ -46,14 +46,19 @@ class ContactModel(eqx.Module):
 
     def is_extrapolated(self, z: np.ndarray) -> list[str]:
         """What of v_E and F_P lies outside the tried range; nothing where no trials are known."""
-        if self.tried is None:
-            return []
-        rows = zip(("v_e", "f_p"), ("m/s", "N"), z[-2:], self.tried, strict=True)
-        return [
-            f"{name} = {value:g} {unit} lies outside the tried {low:g} to {high:g} {unit}"
-            for name, unit, value, (low, high) in rows
-            if not low <= value <= high
-        ]
+        return extrapolated(self.tried, float(z[-2]), float(z[-1]))
+
+
+def extrapolated(tried: tuple[Range, Range] | None, v_e: float, f_p: float) -> list[str]:
+    """What of contact velocity and pretension lies outside a tried range, in words."""
+    if tried is None:
+        return []
+    rows = zip(("v_e", "f_p"), ("m/s", "N"), (v_e, f_p), tried, strict=True)
+    return [
+        f"{name} = {value:g} {unit} lies outside the tried {low:g} to {high:g} {unit}"
+        for name, unit, value, (low, high) in rows
+        if not low <= value <= high
+    ]
 
 
 class Spread(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import norm
 
 from acf_jax.contact.body import Body
-from acf_jax.contact.model import ContactModel
+from acf_jax.contact.model import ContactModel, extrapolated
 from acf_jax.contact.peak import ClosedForm
 from acf_jax.contact.read import by_surrogate
 from acf_jax.design.boundary import first_failure
@@ -48,6 +48,8 @@ class Checker:
         confidence: float = 0.975,
     ):
         self.model = model
+        # taken out once: each look into a module costs microseconds, which a check counts
+        self.theta, self.tried = tuple(np.asarray(model.main.theta).tolist()), model.tried
         self.confidence = confidence
         self.factor = float(norm.ppf(confidence))
         self.exact = exact_way(model)
@@ -72,10 +74,12 @@ class Checker:
             return Answer(s, "not allowed", (never,), None, None, None, None, None, None, "rule")
         force_limit, pressure_limit = limits_of(s)
         highest = _lowest_limit(s, force_limit, pressure_limit)
-        z, body = self.model.at(s.v_e, s.f_p), body_of(s)
+        z, body = np.array([*self.theta, s.v_e, s.f_p]), body_of(s)
         found, way = self._infer(z, body, highest)
         upper = found.upper + self.factor * found.std
-        reasons = [f"{fault}: never allowed by extrapolation" for fault in self.model.is_extrapolated(z)]
+        reasons = [
+            f"{fault}: never allowed by extrapolation" for fault in extrapolated(self.tried, s.v_e, s.f_p)
+        ]
         if not found.is_known or not np.isfinite(upper):
             reasons.append("the force keeps rising without a first peak: the model has no answer")
         verdict: Verdict = "not decidable"
