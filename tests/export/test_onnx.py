@@ -11,11 +11,11 @@ from click.testing import CliRunner
 
 from acf_jax.cli.main import commands
 from acf_jax.errors import InputError
-from acf_jax.export.formula import Formula, of_paper
+from acf_jax.export.formula import Formula, of_corrected, of_paper
 from acf_jax.export.trace import trace
 from acf_jax.model import Impact, Rig
 from acf_jax.surrogate import Surrogate, load_surrogate
-from tests.export.networks import untrained
+from tests.export.networks import untrained, untrained_corrected
 from tests.needs import need_module
 
 SAMPLES = 2**13
@@ -70,6 +70,27 @@ def test_every_kind_of_network_can_be_exported(runtime, features, activation):
     answers = of_paper(surrogate)
     session = runtime.InferenceSession(onnx_model(answers).SerializeToString())
     agree(session, surrogate, answers.draw(np.random.default_rng(5), 512))
+
+
+@pytest.mark.parametrize("free", [("v_e", "f_p"), ("m", "k_c", "gravity.force_n", "v_e", "f_p", "mobility")])
+def test_surrogates_of_corrected_models_are_exported_alike(runtime, free):
+    from acf_jax.export.onnx_model import onnx_model
+
+    surrogate = untrained_corrected(free)
+    answers, domain = of_corrected(surrogate), surrogate.domain
+    assert tuple(q.name for q in answers.inputs) == free
+    session = runtime.InferenceSession(onnx_model(answers).SerializeToString())
+    x = answers.draw(np.random.default_rng(5), 512)
+    q = np.tile(domain.low, (512, 1))
+    q[:, domain.free] = x
+    expected = jax.jit(jax.vmap(surrogate.predict))(q)
+    inside = np.asarray(expected.is_inside)
+    force, time, bound, is_inside = (y[:, 0] for y in session.run(None, {"x": x}))
+    assert np.array_equal(is_inside, inside) and 0.1 < inside.mean() < 0.9
+    for y, wanted in ((force, expected.force), (time, expected.time), (bound, expected.error_bound)):
+        assert (
+            y[inside] == pytest.approx(np.asarray(wanted)[inside], rel=1e-6) and np.isposinf(y[~inside]).all()
+        )
 
 
 def test_a_model_that_differs_is_refused():

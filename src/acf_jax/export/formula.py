@@ -2,15 +2,16 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from acf_jax.model import Impact, Rig
-from acf_jax.surrogate import Surrogate, load_surrogate
+from acf_jax.surrogate import CorrectedSurrogate, Surrogate, load_corrected, load_surrogate
 from acf_jax.surrogate.box import UNITS
+from acf_jax.surrogate.corrected_file import is_corrected
 
 Answers = tuple[Float[Array, ""] | Bool[Array, ""], ...]
 
@@ -23,6 +24,7 @@ MEANINGS = {
     "k_c": "contact's stiffness",
     "v_e": "contact velocity",
     "f_p": "pretension",
+    "mobility": "inverse mass of a body that recoils",
 }
 
 
@@ -35,7 +37,7 @@ class Quantity(NamedTuple):
 
 
 class Range(NamedTuple):
-    """What a surrogate was trained for."""
+    """What a surrogate was trained for; a fixed value where both ends are equal."""
 
     name: str
     unit: str
@@ -61,7 +63,9 @@ class Formula(NamedTuple):
 
 
 def read_formula(path: Path | None) -> Formula:
-    """The formula of a model.eqx; without a path, of the one shipped with acf_jax."""
+    """The formula of a model.eqx of either kind; without a path, of the one shipped with acf_jax."""
+    if path is not None and is_corrected(path):
+        return of_corrected(load_corrected(path)[0])
     return of_paper(load_surrogate(path))
 
 
@@ -94,6 +98,46 @@ def of_paper(surrogate: Surrogate) -> Formula:
         ranges=tuple(Range(*row) for row in zip(UNITS, UNITS.values(), box.low, box.high, strict=True)),
         condition="zeta = d/(2 sqrt(m (k_f + k_c))), and the force has a first peak",
         error="experience, not proof: the largest error that held-out samples as near to the fold had",
+        header=surrogate.header,
+        function=function,
+        draw=draw,
+    )
+
+
+def of_corrected(surrogate: CorrectedSurrogate) -> Formula:
+    """Peak force, its time and error bound of a surrogate of a corrected model; what is fixed is no input."""
+    domain = surrogate.domain
+    free = domain.free
+
+    def function(x: Float[Array, " inputs"]) -> Answers:
+        values: dict[int, Any] = dict(enumerate(domain.low)) | {i: x[n] for n, i in enumerate(free)}
+        found = surrogate.predict(jnp.stack([jnp.asarray(value) for value in values.values()]))
+        return _answers(found.is_inside, found.force, found.time, found.error_bound)
+
+    def draw(random: np.random.Generator, count: int) -> np.ndarray:
+        return domain.at(_shares(random, count, len(free)))[:, free]
+
+    of = "contact force" if surrogate.which == "contact" else "sensed force"
+    return Formula(
+        inputs=tuple(
+            Quantity(name, domain.units[i], MEANINGS.get(name, "parameter of an effect"))
+            for i in free
+            for name in [domain.names[i]]
+        ),
+        outputs=(
+            Quantity("f_max", "N", f"peak {of}"),
+            Quantity(
+                "t_max",
+                "s",
+                f"its time after contact, wrong by less than {float(surrogate.bounds.time):.1g} s",
+            ),
+            Quantity("error_bound", "N", "what errors of f_max stayed below"),
+        ),
+        ranges=tuple(
+            Range(*row) for row in zip(domain.names, domain.units, domain.low, domain.high, strict=True)
+        ),
+        condition="the force is largest at its first peak",
+        error="experience, not proof: held-out samples and a search for the worst one, with a margin",
         header=surrogate.header,
         function=function,
         draw=draw,

@@ -97,6 +97,9 @@ class _Tracer:
 
     def put_together(self, parts: tuple[Operand, ...], is_flag: bool) -> Value:
         """One vector of several; constants among them are the offset of an affine map."""
+        parts = tuple(
+            x if isinstance(x, Value) else np.atleast_1d(x) for x in parts
+        )  # of rank one, as JAX's are
         values = tuple(x for x in parts if isinstance(x, Value))
         found = values[0]
         if len(values) > 1:
@@ -105,7 +108,7 @@ class _Tracer:
             is_value = np.concatenate([np.full(x.size, isinstance(x, Value)) for x in parts])
             matrix = np.zeros((is_value.size, found.size))
             matrix[is_value] = np.eye(found.size)
-            offset = np.concatenate([np.zeros(x.size) if isinstance(x, Value) else x.ravel() for x in parts])
+            offset = np.concatenate([np.zeros(x.size) if isinstance(x, Value) else x for x in parts])
             found = self.add(Operation("affine", (matrix, found, offset)), offset.size, False)
         self.parts[found] = parts
         return found
