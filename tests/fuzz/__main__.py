@@ -18,7 +18,7 @@ from tests.fuzz.attempt import attempt
 from tests.fuzz.mutate import mutated
 from tests.fuzz.readers import READERS, USERS, Reader
 
-ROUND = 200  # files of one reader before the next has its turn
+ROUND = 50  # files of one reader before the next has its turn
 
 
 @dataclass
