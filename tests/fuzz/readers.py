@@ -6,6 +6,7 @@ import hashlib
 import json
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import chdir
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -224,7 +225,8 @@ def predicted(folder: Path) -> None:
 
 def judged(folder: Path) -> None:
     """What the check makes of a rig and of situations that were read."""
-    checker = Checker(ModelFile(folder / "check_rig.yaml").load(), load_surrogate())
+    with chdir(folder):  # a model knows where it is from: another path would compile anew
+        checker = Checker(ModelFile(Path("check_rig.yaml")).load(), load_surrogate())
     for situation in read_situations(folder / "situations.csv", read_limits()):
         answer = checker(situation)
         assert answer.verdict != "allowed" or np.isfinite([answer.force, answer.upper]).all(), answer

@@ -31,7 +31,7 @@ def _describe(folder: Path, arguments: dict[str, Any]) -> None:
         write_text(file, json.dumps(arguments) + "\n")
     elif (before := read_json_mapping(file, "name another --out")) != arguments:
         raise InputError(
-            f"{file}: the run in this folder has {before}; go on with these, or name another --out"
+            f"{file}: the run in this folder has {shown(before)}; go on with these, or name another --out"
         )
 
 
