@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from acf_jax.diagnosis.space import Explanation
 
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.5  # chi-square of a sample above which an explanation leaves much
-PAIRS, TRIPLES = 8, 4  # that are fitted
+PAIRS, TRIPLES = 8, 2  # that are fitted
 GLANCE = 6  # iterations after which pairs are compared where little is explained
 WORTH_ONE_MORE = 9.0  # chi-square that one more effect has to promise before it is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
@@ -37,9 +38,10 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
         return 2 * min(f.objective for f in fits) > UNEXPLAINED * observations.n_used
 
     alone = _best_first(f for f in fits if not is_port(f.explanation))
-    hard = unexplained(alone)
-    grow = _try_all if hard else _grow
-    pairs = grow(observations, alone[: LEADERS + hard], effects, PAIRS)
+    if unexplained(alone):
+        pairs = _try_all(observations, alone, PAIRS)
+    else:
+        pairs = _grow(observations, alone[:LEADERS], effects, PAIRS)
     fits += pairs
     if pairs and unexplained(pairs):
         fits += _grow(observations, _best_first(pairs)[:LEADERS], effects, TRIPLES)
@@ -64,20 +66,17 @@ def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[
     )
 
 
-def _try_all(
-    observations: Observations, leaders: Sequence[Fit], effects: Sequence[str], most: int
-) -> list[Fit]:
-    """The leaders with each other effect: those `most` that fit best after a glance.
+def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> list[Fit]:
+    """The best effect with each other one, and all pairs of the best few: those `most` that fit best after a glance.
 
     Far from the data a promise to first order says little.
     """
-    wanted: dict[Explanation, tuple[Fit, str]] = {}
-    for leader in leaders:
-        for name in effects:
-            if name not in leader.explanation:
-                wanted.setdefault(tuple(sorted((*leader.explanation, name))), (leader, name))
+    couples = [(alone[0], other) for other in alone[1:]] + list(combinations(alone[1 : LEADERS + 1], 2))
     glances = candidates.in_parallel(
-        [partial(candidates.fit_more, observations, *more, iterations=GLANCE) for more in wanted.values()]
+        [
+            partial(candidates.fit_more, observations, leader, other.explanation[0], iterations=GLANCE)
+            for leader, other in couples
+        ]
     )
     return candidates.in_parallel(
         [partial(candidates.go_on, observations, glance) for glance in _best_first(glances)[:most]]
