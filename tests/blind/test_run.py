@@ -8,7 +8,7 @@ import sys
 import pytest
 from needs import need_module
 
-CASES = "2"
+CASES = "4"
 
 
 def blind(*arguments, check=True):
@@ -42,8 +42,8 @@ def test_the_score_is_better_than_chance_and_complete(run):
     content = json.loads((out / "results" / "score.json").read_text())
     rows = content["rows"]
     assert len(rows) == int(CASES) and not content["score"]["errors"]
-    # fourteen explanations: a guess would be right once in seven such runs
-    assert sum(row["first_in_class"] for row in rows) >= 1
+    # fourteen explanations: a guess would be right once in three such runs
+    assert sum(row["first_in_class"] for row in rows) >= 2
     assert "false alarms without any effect" in printed
     page = (out / "results" / "score.html").read_text()
     assert "Confusion matrix" in page
