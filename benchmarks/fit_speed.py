@@ -17,6 +17,7 @@ from acf_jax.dataset import assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.observe import Observations, observe
+from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation, label
 from benchmarks.drawn_set import draw_set
 from benchmarks.machine import describe
@@ -33,7 +34,7 @@ PEERS = {
 def own_fit(observations: Observations, explanation: Explanation) -> Fit:
     """The fit of `diagnose`, from all its starts."""
     nominal = fit_nominal(observations)
-    return fit_single(observations, nominal, explanation[0]) if explanation else nominal
+    return fit_single(Ground.of(observations, nominal), explanation[0]) if explanation else nominal
 
 
 def timed(call: Callable[[], Any]) -> tuple[float, Any]:

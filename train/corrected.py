@@ -18,7 +18,6 @@ from acf_jax.contact.peak import Simulated
 from acf_jax.contact.read import by_surrogate, of_diagnosis
 from acf_jax.diagnosis.model_file import GapModel, read_model, write_model
 from acf_jax.errors import InputError
-from acf_jax.files import write_text
 from acf_jax.surrogate.corrected import (
     Bounds,
     CorrectedSurrogate,
@@ -30,13 +29,14 @@ from acf_jax.surrogate.corrected import (
 from acf_jax.surrogate.corrected_file import save_corrected
 from acf_jax.surrogate.load import with_dtype
 from acf_jax.surrogate.surrogate import Affine
-from train.config import CorrectedConfig, to_yaml
+from train.config import CorrectedConfig
 from train.corrected_report import write_corrected_report
 from train.devices import AXIS, Shards
 from train.domain import make_domain
 from train.judge import ask, joined, judge, misled, missed, search_worst, std_error, summary
 from train.labels import Labels, Simulator, joined_labels, make_labels, make_simulator
 from train.loop import fit_network
+from train.results import write_results
 from train.versions import versions
 
 MARGIN = 1.2  # of the bounds over the largest errors that held-out samples and the search found
@@ -108,9 +108,7 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     save_corrected(
         folder / "model.eqx", surrogate, config.network, gap.model_dump(mode="json", by_alias=True), more
     )
-    write_text(folder / "config.yaml", to_yaml(config))
-    write_text(folder / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
-    write_text(folder / "timings.json", json.dumps(timings, indent=1) + "\n")
+    write_results(config, metrics, timings)
     write_corrected_report(folder / "report.html", config, domain, law.effects, metrics, timings)
     print(summary(metrics))
     print(f"surrogate: {folder / 'model.eqx'}, report: {folder / 'report.html'}")

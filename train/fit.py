@@ -5,7 +5,6 @@ same configuration and seed give the same metrics.json, interrupted and resumed 
 """
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Sequence
@@ -21,18 +20,18 @@ import numpy as np
 import acf_jax
 from acf_jax.cli._ending import end_well, resumable
 from acf_jax.cli._json import echo_json
-from acf_jax.files import write_text
 from acf_jax.surrogate import Surrogate, load_surrogate, save_surrogate
 from acf_jax.surrogate.box import UNITS, Box
 from acf_jax.surrogate.features import FEATURES, AbstractFeatures
 from acf_jax.surrogate.load import with_dtype
 from acf_jax.surrogate.surrogate import HeldOutError
 from train import corrected, evaluate
-from train.config import Config, read_config, to_yaml
+from train.config import Config, read_config
 from train.data import Labelled, make_data
 from train.devices import TrainingSet, find_devices, is_first, join_processes, make_training_set
 from train.loop import Diverged, fit_network
 from train.report import write_report
+from train.results import write_results
 from train.versions import versions
 
 
@@ -104,9 +103,7 @@ def run(config: Config, resume: bool = False) -> dict[str, Any]:
     metrics["table1"] = evaluate.table1(config, load_surrogate(folder / "model.eqx"))
     timings["evaluate_s"] = clock() - start
 
-    write_text(folder / "config.yaml", to_yaml(config))
-    write_text(folder / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
-    write_text(folder / "timings.json", json.dumps(timings, indent=1) + "\n")
+    write_results(config, metrics, timings)
     write_report(folder / "report.html", config, metrics, timings)
     print(evaluate.summary(metrics))
     print(f"report: {folder / 'report.html'}")

@@ -16,6 +16,7 @@ from acf_jax.diagnosis.model_file import gap_model, read_model, write_model
 from acf_jax.diagnosis.observe import observe
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
+from acf_jax.diagnosis.signature import Ground
 from acf_jax.errors import InputError
 
 
@@ -80,7 +81,7 @@ def test_predictions_end_with_contact_and_carry_uncertainty(diagnosed: Diagnosis
 def test_derivatives_of_the_objective_are_right(gravity_set: GapDataset) -> None:
     """The Gauss-Newton gradient vanishes at the optimum: a step to either side costs."""
     observations = observe(gravity_set, assess_dataset(gravity_set))
-    best = fit_single(observations, fit_nominal(observations), "gravity")
+    best = fit_single(Ground.of(observations, fit_nominal(observations)), "gravity")
     for k in range(len(best.u)):
         for step in (-0.3, 0.3):
             u = best.u.copy()

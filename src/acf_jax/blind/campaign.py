@@ -10,7 +10,7 @@ from typing import Any
 
 from acf_jax.blind.plan import WEAK, Order, draw_plan
 from acf_jax.blind.seal import SEAL, seal_answers
-from acf_jax.dataset import GapDataset, read_dataset
+from acf_jax.dataset import GapDataset, data_sets, read_dataset
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_folder, read_json_mapping, read_yaml_mapping, write_folder, write_text
 from acf_jax.workers import Where, run_all
@@ -82,16 +82,6 @@ def _make_one(order: Order) -> tuple[Files, str]:
     with tempfile.TemporaryDirectory() as scratch:
         write_data(case, Path(scratch))
         return read_folder(Path(scratch)), yaml.safe_dump(answer, sort_keys=False)
-
-
-def data_sets(folder: Path) -> list[str]:
-    """The names of the data sets in a folder; `InputError` where there is none."""
-    names = sorted(p.parent.name for p in folder.glob("*/dataset.yaml"))
-    if not names:
-        raise InputError(
-            f"{folder}: holds no data sets; name a folder whose folders hold a dataset.yaml each"
-        )
-    return names
 
 
 def diagnose_all(folder: Path, results: Path, where: Where, report: Report) -> list[str]:

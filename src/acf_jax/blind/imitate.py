@@ -9,6 +9,7 @@ from acf_jax.dataset import GapDataset, Measurement, Noise, Prior, RigPrior, Tra
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
 from acf_jax.diagnosis.observe import Observations, observe
 from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error, misfit
+from acf_jax.diagnosis.signature import Ground
 from acf_jax.effects import library
 from acf_jax.worlds import Case, find_world
 
@@ -23,11 +24,11 @@ def imitators(case: Case, without: str = "") -> dict[str, float]:
         Bayes error by effect, where it exceeds 10 %.
     """
     observations = _quiet(case)
-    nominal = fit_nominal(observations)
+    ground = Ground.of(observations, fit_nominal(observations))
     errors = {}
     for name in library():
         if name != without:
-            fitted = fit_single(observations, nominal, name)
+            fitted = fit_single(ground, name)
             errors[name] = bayes_error(np.sqrt(max(0.0, misfit(fitted))))
     return {name: round(error, 4) for name, error in errors.items() if error > BAYES_ERROR}
 

@@ -109,11 +109,12 @@ def score(folder: Path, out: Path, workers: int, scheduler: str | None, as_json:
 def _score(folder: Path, results: Path, where: "Where", as_json: bool) -> None:
     import json
 
-    from acf_jax.blind.campaign import data_sets, diagnose_all
+    from acf_jax.blind.campaign import diagnose_all
     from acf_jax.blind.page import score_page
     from acf_jax.blind.seal import check_answers, open_answers
     from acf_jax.blind.summary import summarise
     from acf_jax.blind.table import lines
+    from acf_jax.dataset import data_sets
     from acf_jax.files import write_text
     from acf_jax.start import start_jax
 

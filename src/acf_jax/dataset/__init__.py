@@ -7,6 +7,7 @@ from acf_jax.dataset.quality import Quality as Quality
 from acf_jax.dataset.quality import TrialQuality as TrialQuality
 from acf_jax.dataset.quality import assess as assess
 from acf_jax.dataset.quality import assess_dataset as assess_dataset
+from acf_jax.dataset.read import data_sets as data_sets
 from acf_jax.dataset.read import read_conditions as read_conditions
 from acf_jax.dataset.read import read_dataset as read_dataset
 from acf_jax.dataset.trials import GapDataset as GapDataset

@@ -18,6 +18,16 @@ _RESULT = ("peak_force_n", "trace")
 _SAFE_NAME = re.compile(r"\w([\w .+-]{0,98}\w)?", re.ASCII)
 
 
+def data_sets(folder: Path) -> list[str]:
+    """The names of the data sets in a folder; `InputError` where there is none."""
+    names = sorted(p.parent.name for p in folder.glob("*/dataset.yaml"))
+    if not names:
+        raise InputError(
+            f"{folder}: holds no data sets; name a folder whose folders hold a dataset.yaml each"
+        )
+    return names
+
+
 def read_dataset(folder: str | Path) -> GapDataset:
     """Read the data set in `folder`: dataset.yaml, trials.csv and the traces listed there, nothing else.
 

@@ -1,15 +1,15 @@
 """Fitting the candidate explanations: single effects, the four ports, and pairs found by forward search."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import ITERATIONS, Fit, fit, linearise
+from acf_jax.diagnosis.fit import ITERATIONS, Fit, fit
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.ports import ports
-from acf_jax.diagnosis.project import Projector
-from acf_jax.diagnosis.space import Explanation, classes, coordinates, every_effect, starts
+from acf_jax.diagnosis.signature import Ground
+from acf_jax.diagnosis.space import Explanation, classes, starts
 from acf_jax.effects import library
 
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
@@ -21,41 +21,24 @@ def fit_nominal(observations: Observations) -> Fit:
     return fit(observations, (), np.append(observations.prior.values, 0.0))
 
 
-def fit_single(observations: Observations, nominal: Fit, name: str) -> Fit:
-    """One effect or port added to the paper's model, the best of its starts.
+def fit_single(ground: Ground, name: str) -> Fit:
+    """One effect or port added to the paper's model, whose fit is the `ground`: the best of its starts.
 
     Besides the effect's own starts, which begin at the rig's prior, one begins at the recalibrated model with the
     strength that explains most of what it leaves: a weak effect is a small step from there. A port begins there too, so
     that it never explains less than the paper's model.
     """
+    observations, nominal = ground.observations, ground.fitted
     prior = observations.prior.values
     fits = [fit(observations, (name,), np.concatenate([prior, start, [0.0]])) for start in starts(name)]
     if name in library():
-        gain, start = promise(observations, nominal, Projector.at(nominal.linear), name)
+        gain, start = ground.promise(name)
     else:
         gain, start = np.inf, np.array(starts(name)[0])
     if gain > HINT:
         theta = np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]])
         fits.append(fit(observations, (name,), theta, nominal.own, warm=True))
     return best(fits)
-
-
-def promise(
-    observations: Observations, fitted: Fit, projector: Projector, name: str
-) -> tuple[float, np.ndarray]:
-    """How much of what a fit leaves an effect explains, to first order in chi-square, and with which parameters.
-
-    A signature is the change of the simulated forces by the effect at one of its starts on the fitted rig; of the
-    residual r it may take (r' s)^2 / s' P s, with the sign that the effect allows. `projector` is that of the fit.
-    """
-    strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
-    gain, parameters = 0.0, np.array(starts(name)[0])
-    for start, signal, two_sided in signatures(observations, fitted, name):
-        # at the optimum the residuals, those of the priors included, are orthogonal to all that was fitted
-        taken, size = float((fitted.linear.residual * signal).sum()), projector.gram(signal[None])[0, 0]
-        if size > 0 and (two_sided or taken > 0) and taken**2 / size > gain:
-            gain, parameters = taken**2 / size, np.where(strengths, taken / size, 1.0) * np.array(start)
-    return gain, parameters
 
 
 def fit_more(
@@ -65,7 +48,7 @@ def fit_more(
     promised: np.ndarray | None = None,
     iterations: int = ITERATIONS,
 ) -> Fit:
-    """A fitted explanation with one more effect, from its strong start and from what it promised, see `promise`."""
+    """A fitted explanation with one more effect, from its strong start and from what it promised (`Ground.promise`)."""
     own = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
 
@@ -83,40 +66,6 @@ def fit_more(
 def go_on(observations: Observations, fitted: Fit) -> Fit:
     """A fit that was ended early, carried on."""
     return fit(observations, fitted.explanation, fitted.theta, fitted.own)
-
-
-def partners(
-    observations: Observations, fitted: Fit, effects: Sequence[str]
-) -> list[tuple[str, float, np.ndarray]]:
-    """The other effects with what each promises to explain of what a fit leaves, see `promise`."""
-    projector = Projector.at(fitted.linear)
-    return [
-        (name, *promise(observations, fitted, projector, name))
-        for name in effects
-        if name not in fitted.explanation
-    ]
-
-
-def signatures(
-    observations: Observations, fitted: Fit, name: str
-) -> Iterator[tuple[list[float], np.ndarray, bool]]:
-    """Each start of an effect with the whitened change of the prediction, and whether the sign of its strength is free.
-
-    The effect meets the fitted rig alone.
-    """
-
-    def predict(explanation: Explanation, start: list[float]) -> np.ndarray:
-        theta = np.concatenate([fitted.theta[:4], start, fitted.theta[-1:]])
-        space = coordinates(observations.prior, explanation, 1.0)
-        return -linearise(
-            observations, explanation, space, space.coordinate(theta), fitted.own, fitted.grid
-        ).residual
-
-    without = predict((), [])
-    for start in starts(name):
-        changed = predict((name,), start) - without
-        if np.isfinite(changed).all():
-            yield start, changed, every_effect()[name].parameters()[0].low < 0
 
 
 def best(fits: Iterable[Fit]) -> Fit:

@@ -10,6 +10,7 @@ from acf_jax.diagnosis import candidates
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.score import is_port
+from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation
 
 LEADERS = 3  # explanations from which the forward search goes on
@@ -27,10 +28,8 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     progress("recalibrating the paper's model")
     recalibrated = candidates.fit_nominal(observations)
     progress("fitting every effect")
-    tasks = [
-        partial(candidates.fit_single, observations, recalibrated, name)
-        for (name,) in candidates.singles(effects)
-    ]
+    ground = Ground.of(observations, recalibrated)
+    tasks = [partial(candidates.fit_single, ground, name) for (name,) in candidates.singles(effects)]
     fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
 
@@ -51,12 +50,15 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
 
 def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[str], most: int) -> list[Fit]:
     """The leaders with one more effect: of all such explanations those `most` that promise to fit best."""
-    promised = [
-        (leader.objective - 0.5 * gain, leader, name, start)
-        for leader in leaders
-        for name, gain, start in candidates.partners(observations, leader, effects)
-        if gain > WORTH_ONE_MORE
-    ]
+    promised = []
+    for leader in leaders:
+        ground = Ground.of(observations, leader)
+        for name in effects:
+            if name in leader.explanation:
+                continue
+            gain, start = ground.promise(name)
+            if gain > WORTH_ONE_MORE:
+                promised.append((leader.objective - 0.5 * gain, leader, name, start))
     wanted: dict[Explanation, tuple[Fit, str, np.ndarray]] = {}
     for _, leader, name, start in sorted(promised, key=lambda item: item[0]):
         if len(wanted) < most:

@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 from scipy.stats import norm
 
-from acf_jax.diagnosis.candidates import best, in_parallel, signatures
+from acf_jax.diagnosis.candidates import best, in_parallel
 from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
 from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.score import is_port
+from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import RIG, Explanation, starts
 from acf_jax.effects import library
 
@@ -80,10 +80,11 @@ class Detectability:
 
 def detectability(observations: Observations, nominal: Fit) -> list[Detectability]:
     """For each effect, whether these trials could detect it and which effects they could not tell apart from it."""
-    projector = Projector.at(nominal.linear)
+    ground = Ground.of(observations, nominal)
+    projector = ground.projector
     names, shares, signals = [], [], []
     for name, cls in library().items():
-        found = list(signatures(observations, nominal, name))
+        found = list(ground.signatures(name))
         if not found:
             continue
         left = np.array([projector.gram(s[None])[0, 0] for _, s, _ in found])

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax import __version__
-from acf_jax.dataset import GapDataset, read_dataset
+from acf_jax.dataset import GapDataset, data_sets, read_dataset
 from acf_jax.errors import InputError
 from acf_jax.files import read_folder, read_text, write_folder, write_text
 from acf_jax.fleet.record import Fleet, Rig, rig_of
@@ -55,11 +55,7 @@ def run_fleet(
 
     **Raises:** `InputError` where the folder holds no data sets, or the processes cannot be had.
     """
-    names = sorted(path.parent.name for path in folder.glob("*/dataset.yaml"))
-    if not names:
-        raise InputError(
-            f"{folder}: holds no data sets; name a folder whose folders hold a dataset.yaml each"
-        )
+    names = data_sets(folder)
     faults: dict[str, str] = {}
     sources: dict[str, Source] = {}
     done = 0

@@ -1,0 +1,60 @@
+"""What each effect would change about the forces of a fitted rig, and how much of the gap it promises to explain."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from acf_jax.diagnosis.fit import Fit, linearise
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.project import Projector
+from acf_jax.diagnosis.space import Explanation, coordinates, every_effect, starts
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A fitted rig without any effect, on which effects are tried one by one."""
+
+    observations: Observations
+    fitted: Fit  # the effects of this fit are left out, its rig and nuisances are kept
+    projector: Projector  # what the fit's own parameters could imitate
+    bare: np.ndarray  # (trials, n) whitened residual without any effect
+
+    @classmethod
+    def of(cls, observations: Observations, fitted: Fit) -> "Ground":
+        """The rig of a fit."""
+        bare = _residual(observations, fitted, (), [])
+        return cls(observations, fitted, Projector.at(fitted.linear), bare)
+
+    def signatures(self, name: str) -> Iterator[tuple[list[float], np.ndarray, bool]]:
+        """Each start of an effect, the whitened change of the prediction, and whether its strength may be negative."""
+        for start in starts(name):
+            changed = self.bare - _residual(self.observations, self.fitted, (name,), start)
+            if np.isfinite(changed).all():
+                yield start, changed, every_effect()[name].parameters()[0].low < 0
+
+    def promise(self, name: str) -> tuple[float, np.ndarray]:
+        """How much of what the fit leaves an effect explains, in chi-square, and with which parameters.
+
+        To first order: of the residual r a signature s may take (r' s)^2 / s' P s, with a sign that the effect allows.
+        """
+        strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
+        gain, parameters = 0.0, np.array(starts(name)[0])
+        for start, signal, two_sided in self.signatures(name):
+            # at the optimum the residuals, those of the priors included, are orthogonal to all that was fitted
+            taken = float((self.fitted.linear.residual * signal).sum())
+            size = self.projector.gram(signal[None])[0, 0]
+            if size > 0 and (two_sided or taken > 0) and taken**2 / size > gain:
+                gain, parameters = taken**2 / size, np.where(strengths, taken / size, 1.0) * np.array(start)
+        return gain, parameters
+
+
+def _residual(
+    observations: Observations, fitted: Fit, explanation: Explanation, start: list[float]
+) -> np.ndarray:
+    """(trials, n) whitened measured minus predicted with an effect on the fitted rig."""
+    theta = np.concatenate([fitted.theta[:4], start, fitted.theta[-1:]])
+    space = coordinates(observations.prior, explanation, 1.0)
+    return linearise(
+        observations, explanation, space, space.coordinate(theta), fitted.own, fitted.grid
+    ).residual
