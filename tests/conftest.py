@@ -1,6 +1,11 @@
-"""Settings every test runs under: float64, no silent rank promotion, warnings as errors."""
+"""Settings every test runs under: float64, no silent rank promotion, warnings as errors.
+
+Compiled code is kept where the commands keep it: the tests share it with one another and with the commands they start.
+"""
 
 import jax
 
-jax.config.update("jax_enable_x64", True)
+from acf_jax.start import start_jax
+
+start_jax()
 jax.config.update("jax_numpy_rank_promotion", "raise")

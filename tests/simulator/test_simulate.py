@@ -12,6 +12,8 @@ from acf_jax.effects.sensor_lag import SensorLag
 from acf_jax.effects.sensor_resonance import SensorResonance
 from acf_jax.model import Impact, Rig, contact_force, find_peak
 from acf_jax.simulator import largest_force, simulate
+from acf_jax.simulator.derivatives import simulate_with_derivatives
+from acf_jax.simulator.simulate import make_system
 from tests.effects.contract import IMPACT, LONG, QUICK, RIG, SAMPLES, H, run
 
 OMEGA_H = 0.01
@@ -104,6 +106,34 @@ def test_free_flange_has_finite_reverse_mode():
     slope = jax.jit(jax.grad(lambda m: simulate(Rig(m, 30.0, 1e3, 1.2e5), IMPACT, [], H, 60).contact[-1]))
     exact = jax.grad(lambda m: contact_force(Rig(m, 30.0, 1e3, 1.2e5), IMPACT, jnp.asarray(59 * H)))
     assert np.isclose(slope(3.0), exact(3.0), rtol=1e-6)
+
+
+def test_derivatives_written_into_the_loop_are_those_of_jax():
+    """A held flange, a sensor with memory, and contact that is lost."""
+
+    def system(theta):
+        return make_system(
+            Rig(*theta[:4]), Impact(*theta[4:6]), [EndStop(*theta[6:8]), SensorLag(*theta[8:])]
+        )
+
+    def traces(theta):
+        effects = [EndStop(*theta[6:8]), SensorLag(*theta[8:])]
+        response = simulate(Rig(*theta[:4]), Impact(*theta[4:6]), effects, LONG, SAMPLES, 200)
+        return response.sensed, response.contact
+
+    first = jnp.array([3.0, 30.0, 1e3, 1.2e5, 0.21, 80.0, 0.4, 0.6, 3e-4, 0.9])
+    both = jnp.stack([first, first.at[5].set(0.0)])
+    contact, rows = jax.jit(
+        lambda z: simulate_with_derivatives(system, z, jnp.asarray(LONG), SAMPLES, jnp.asarray(200))
+    )(both)
+    for k, theta in enumerate(both):
+        sensed, expected = traces(theta)
+        assert np.allclose(contact[k], expected, rtol=1e-12, atol=1e-9)
+        assert np.allclose(rows[k, 0], sensed, rtol=1e-12, atol=1e-9)
+        slopes = jax.jacfwd(lambda theta: traces(theta)[0])(theta).T
+        scale = np.abs(slopes).max(axis=1, keepdims=True)
+        assert (np.abs(rows[k, 1:] - slopes) <= 1e-9 * scale).all()
+    assert (contact[:, 1:200] == 0).any(axis=1).all()
 
 
 def test_impacts_map_over_a_batch():

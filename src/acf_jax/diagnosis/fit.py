@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
-from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations, whiten
-from acf_jax.diagnosis.sample import peak_of, taps
+from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations, whiten_all
+from acf_jax.diagnosis.sample import combine, peak_of, taps
 from acf_jax.diagnosis.space import Coordinates, Explanation, coordinates
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
@@ -101,26 +101,24 @@ def compare(
 ) -> Linearisation:
     """The simulated forces at the measured times, with derivatives, whitened."""
     p = len(slope) - 1  # the last parameter is the common delay
-    rows = np.zeros((len(o.names), p + 2 + N_OWN, o.force.shape[1]))
-    predicted, scatter = np.zeros_like(o.force), np.zeros((len(o.names), N_OWN, o.force.shape[1]))
-    for i, n in enumerate(o.used.sum(1)):
-        times = o.time[i, :n] - delay[i]
-        if o.peak_only[i]:
-            times = np.array([peak_of(forces.sensed[i], h, forces.contact[i])[1]])
-        near, weight, rate_weight = taps(times, h, forces.rows.shape[-1])
-        nearby = forces.rows[i][:, near]
-        at = np.einsum("rkn,kn->rn", nearby, weight)
-        predicted[i, :n], tangents = at[0], at[1:]
-        timing = -np.einsum("kn,kn->n", nearby[0], rate_weight) * (not o.peak_only[i])
-        row = rows[i, :, :n]
-        row[0] = o.force[i, :n] - at[0]
-        row[1 : p + 1] = tangents[:p] * slope[:p, None]
-        row[p + 1] = timing * slope[p]
-        row[p + 2 : p + 4] = tangents[p:] * spread[i, :2, None]
-        row[p + 4] = timing * spread[i, 2]
-        scatter[i, :, :n] = row[p + 2 :]
-        row[:] = whiten(row, o.time[i, :n], o.noise)
-    return Linearisation(rows[:, 0], rows[:, 1 : p + 2], rows[:, p + 2 :], predicted, scatter)
+    times = o.time - delay[:, None]
+    for i in np.flatnonzero(o.peak_only):
+        times[i, 0] = peak_of(forces.sensed[i], h, forces.contact[i])[1]
+    near, weight, rate_weight = taps(times, h, forces.rows.shape[-1])
+    at = combine(forces.rows, near, weight)
+    predicted, tangents = at[:, 0], at[:, 1:]
+    timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
+
+    rows = np.empty((len(o.names), p + 2 + N_OWN, o.force.shape[1]))
+    rows[:, 0] = o.force - predicted
+    rows[:, 1 : p + 1] = tangents[:, :p] * slope[:p, None]
+    rows[:, p + 1] = timing * slope[p]
+    rows[:, p + 2 : p + 4] = tangents[:, p:] * spread[:, :2, None]
+    rows[:, p + 4] = timing * spread[:, 2:]
+    rows *= o.used[:, None]
+    scatter = rows[:, p + 2 :].copy()
+    rows = whiten_all(rows, o)
+    return Linearisation(rows[:, 0], rows[:, 1 : p + 2], rows[:, p + 2 :], predicted * o.used, scatter)
 
 
 @dataclass(frozen=True)

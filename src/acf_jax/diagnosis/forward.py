@@ -2,17 +2,18 @@
 
 import functools
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from acf_jax.diagnosis.space import RIG, Explanation, classes
 from acf_jax.effects import AbstractEffect
 from acf_jax.model import Impact, Rig
-from acf_jax.simulator import simulate
+from acf_jax.simulator.derivatives import simulate_with_derivatives
+from acf_jax.simulator.simulate import System, make_system
 
 SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
 BLOCK = 24  # trials of one call, the last one padded: data sets of every size share compiled code and memory is bounded
@@ -57,24 +58,15 @@ def unpack(explanation: Explanation, theta: Float[Array, " p"]) -> tuple[Rig, li
 
 @functools.cache
 def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
-    def forces(
-        z: Float[Array, " p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
-    ) -> tuple[Float[Array, " samples"], Float[Array, " samples"]]:
+    def system(z: Float[Array, " p+2"], pull: Float[Array, ""]) -> System:
         rig, effects = unpack(explanation, z[:-2])
-        response = simulate(rig, Impact(z[-2], z[-1]), effects, h, SAMPLES, steps, pull)
-        return response.sensed, response.contact
+        return make_system(rig, Impact(z[-2], z[-1]), effects, pull)
 
-    def trial(
-        z: Float[Array, " p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
-    ) -> tuple[Float[Array, " samples"], Float[Array, "p+3 samples"]]:
-        def along(direction: Float[Array, " p+2"]) -> tuple[Array, Array, Array]:
-            (sensed, contact), (tangent, _) = jax.jvp(lambda z: forces(z, h, steps, pull), (z,), (direction,))
-            return sensed, contact, tangent
+    def program(
+        z: Float[Array, "trials p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
+    ) -> tuple[Float[Array, "trials samples"], Float[Array, "trials p+3 samples"]]:
+        return simulate_with_derivatives(partial(system, pull=pull), z, h, SAMPLES, steps)
 
-        sensed, contact, tangents = jax.vmap(along, out_axes=(None, None, 0))(jnp.eye(z.size))
-        return contact, jnp.concatenate([sensed[None], tangents])
-
-    program = jax.vmap(trial, in_axes=(0, None, None, None))
     # compiling costs more than running: a level below the default compiles faster and runs as fast
     return jax.jit(program, compiler_options={"xla_backend_optimization_level": 1})
 

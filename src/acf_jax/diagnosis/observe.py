@@ -112,6 +112,16 @@ def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Ro
     return _Row(time[used], force[used], interval, False)
 
 
+def whiten_all(rows: np.ndarray, observations: Observations) -> np.ndarray:
+    """Residuals and derivatives (trials, rows, n) of all trials, in units of independent noise."""
+    if observations.noise.is_white:
+        return np.asarray(rows / observations.noise.std)
+    white = np.zeros_like(rows)
+    for i, n in enumerate(observations.used.sum(1)):
+        white[i, :, :n] = whiten(rows[i, :, :n], observations.time[i, :n], observations.noise)
+    return white
+
+
 def whiten(values: np.ndarray, times: np.ndarray, noise: Noise) -> np.ndarray:
     """Residuals and derivatives (rows, n) of one trial at `times` (n,), in units of independent noise."""
     count = len(times)

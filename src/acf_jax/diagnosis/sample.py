@@ -6,7 +6,7 @@ SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
 
 
 def taps(times: np.ndarray, h: float, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cubic interpolation at `times` (n,): indices (4, n) on the grid, weights of the value and of its rate.
+    """Cubic interpolation at `times` (...): indices (4, ...) on the grid, weights of the value and of its rate.
 
     Times within the first step are reached from behind it: at time 0 a sensor with the least lag reads nothing yet.
     """
@@ -28,13 +28,21 @@ def taps(times: np.ndarray, h: float, samples: int) -> tuple[np.ndarray, np.ndar
             (3 * a**2 - 1) / 6,
         ]
     )
-    return k + np.arange(-1, 3)[:, None], value, rate / h
+    return np.stack([k - 1, k, k + 1, k + 2]), value, rate / h
 
 
 def at_times(values: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
     """Values (..., samples) on the grid, at `times` (n,), by cubic interpolation."""
     near, weight, _ = taps(times, h, values.shape[-1])
     return np.asarray(np.einsum("...kn,kn->...n", values[..., near], weight))
+
+
+def combine(values: np.ndarray, near: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Values (trials, rows, samples) at each trial's own times: indices and weights (4, trials, n) are from `taps`."""
+    result = np.zeros((*values.shape[:2], near.shape[-1]))
+    for k, w in zip(near, weight, strict=True):
+        result += np.take_along_axis(values, k[:, None], axis=2) * w[:, None]
+    return result
 
 
 def phase_end(sensed: np.ndarray, contact: np.ndarray) -> int:

@@ -30,7 +30,7 @@ def _add(a: _State, b: _State, scale: Scalar | float) -> _State:
     return jax.tree.map(lambda p, q: p + scale * q, a, b)
 
 
-class _System(NamedTuple):
+class System(NamedTuple):
     """The equations of motion of one impact with effects."""
 
     rig: Rig
@@ -102,12 +102,12 @@ class Moving(NamedTuple):
 
 def make_system(
     rig: Rig, impact: Impact, effects: Sequence[AbstractEffect], pull: Scalar | float = 0.0
-) -> _System:
+) -> System:
     """The equations of motion; the arguments are those of `simulate`."""
-    return _System(rig, impact, tuple(effects), jnp.asarray(pull, float))
+    return System(rig, impact, tuple(effects), jnp.asarray(pull, float))
 
 
-def start(system: _System, h: Scalar, has_sensor: bool = True) -> Moving:
+def start(system: System, h: Scalar, has_sensor: bool = True) -> Moving:
     """The instant of first contact."""
     y_0 = _State(jnp.zeros(()), jnp.zeros(()), tuple(jnp.zeros(e.n_own) for e in system.effects))
     f_0 = system.motion(jnp.zeros(()), y_0).f_c
@@ -119,7 +119,7 @@ def start(system: _System, h: Scalar, has_sensor: bool = True) -> Moving:
     return Moving(y_0, jnp.asarray(False), signals_0, memory_0)
 
 
-def advance(system: _System, k: Int[Array, ""], h: Scalar, moving: Moving) -> Moving:
+def advance(system: System, k: Int[Array, ""], h: Scalar, moving: Moving) -> Moving:
     """The step from k h to (k + 1) h."""
     t = k * h
     free = jnp.where(moving.released, 1.0, system.free_share(t, h, moving.y))

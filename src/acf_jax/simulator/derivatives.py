@@ -1,0 +1,85 @@
+"""Many impacts at once with the derivatives of their forces: forward mode, written into the loop.
+
+Equal to `jax.jvp` of `simulate`, mapped over directions and impacts. But JAX transforms a loop by tracing its body
+again and again, for each transformation and each guess of what depends on what; here the body is traced once.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from acf_jax.effects._interface import Scalar
+from acf_jax.simulator.simulate import Moving, System, advance, start
+
+Released = Bool[Array, ""]
+Smooth = Any  # the parts of `Moving` that have derivatives: state, signals and memories
+Tangent = tuple[Smooth, Smooth, Released]  # the parts, their derivatives in each direction, and what has none
+
+
+def simulate_with_derivatives(
+    make: Callable[[Float[Array, " p"]], System],
+    z: Float[Array, "n p"],
+    h: Scalar,
+    samples: int,
+    steps: Int[Array, ""],
+) -> tuple[Float[Array, "n samples"], Float[Array, "n p+1 samples"]]:
+    """Forces of `n` impacts on the grid 0, h, 2h, ...
+
+    **Arguments:** `make`: the equations of motion of one impact from its numbers. `z`: these numbers. `h`, `samples`,
+    `steps`: as for `simulate`.
+
+    **Returns:** the contact forces in N; the sensed forces in N, followed by their derivatives in each of the numbers.
+    """
+    directions = jnp.eye(z.shape[1])
+
+    def begin(z: Float[Array, " p"]) -> tuple[Smooth, Released]:
+        return _split(start(make(z), h))
+
+    def onward(
+        z: Float[Array, " p"], smooth: Smooth, released: Released, k: Int[Array, ""]
+    ) -> tuple[Smooth, Released]:
+        y, signals, memories = smooth
+        return _split(advance(make(z), k, h, Moving(y, released, signals, memories)))
+
+    def first(z: Float[Array, " p"]) -> Tangent:
+        return jax.vmap(lambda d: jax.jvp(begin, (z,), (d,), has_aux=True), out_axes=(None, 0, None))(
+            directions
+        )
+
+    def after(z: Float[Array, " p"], moving: Tangent, k: Int[Array, ""]) -> Tangent:
+        smooth, tangents, released = moving
+
+        def along(direction: Float[Array, " p"], tangent: Smooth) -> Tangent:
+            return jax.jvp(
+                lambda z, smooth: onward(z, smooth, released, k),
+                (z, smooth),
+                (direction, tangent),
+                has_aux=True,
+            )
+
+        return jax.vmap(along, out_axes=(None, 0, None))(directions, tangents)
+
+    def forces(moving: Tangent) -> tuple[Float[Array, " n"], Float[Array, "n p+1"]]:
+        (_, signals, _), (_, tangents, _), _ = moving
+        return signals[0], jnp.concatenate([signals[-1][:, None], tangents[-1]], axis=1)
+
+    def body(k: Int[Array, ""], carry: Any) -> Any:
+        moving, contact, rows = carry
+        moving = jax.vmap(after, in_axes=(0, 0, None))(z, moving, k)
+        now = forces(moving)
+        return moving, contact.at[k + 1].set(now[0]), rows.at[k + 1].set(now[1])
+
+    moving_0 = jax.vmap(first)(z)
+    n, p = z.shape
+    now = forces(moving_0)
+    contact = jnp.zeros((samples, n)).at[0].set(now[0])
+    rows = jnp.zeros((samples, n, p + 1)).at[0].set(now[1])
+    _, contact, rows = jax.lax.fori_loop(0, steps, body, (moving_0, contact, rows))
+    return contact.T, jnp.moveaxis(rows, 0, 2)
+
+
+def _split(moving: Moving) -> tuple[Smooth, Released]:
+    return (moving.y, moving.signals, moving.memories), moving.released
