@@ -178,6 +178,8 @@ class Labels(_Part):
     deviations: float = Field(
         default=5.0, ge=1, le=10, description="half the range of a fitted parameter, in standard deviations"
     )
+    workers: int = Field(default=1, ge=1, le=256, description="processes that label; 1: this one does")
+    scheduler: str | None = Field(default=None, description="address of a Dask scheduler whose workers label")
 
 
 class CorrectedConfig(_Run):
@@ -189,8 +191,10 @@ class CorrectedConfig(_Run):
     )
 
     def identity(self) -> dict[str, Any]:
-        """What a run's state depends on besides the model: everything but where it is kept."""
-        return self.model_dump(mode="json", exclude={"output": True, "labels": {"model"}})
+        """What a run's state depends on besides the model: all but where it is kept and who labels."""
+        return self.model_dump(
+            mode="json", exclude={"output": True, "labels": {"model", "workers", "scheduler"}}
+        )
 
 
 AnyConfig = Config | CorrectedConfig

@@ -43,7 +43,6 @@ MARGIN = 1.2  # of the bounds over the largest errors that held-out samples and 
 STD_SAMPLES = 1024  # at which the force's standard deviation is simulated, ten times as dear as the force
 LEAST_SHARE = 0.5  # of impacts whose first peak is the largest force, below which the box is refused
 DISTANCE = 0.05  # of the third output above what was seen where the surrogate must not answer
-PURPOSES = ("train", "held_out", "held_out_edges", "test", "test_edges")
 
 
 def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
@@ -57,7 +56,7 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
 
     start = clock()
     simulate = make_simulator(law, config.labels.force)
-    data = _labels(config, domain, simulate, gap, resume)
+    data = _labels(config, domain, law, simulate, gap, resume)
     timings["labels_s"] = clock() - start
     print(
         f"{sum(len(d.q) for d in data.values()):,} impacts of the corrected model simulated, "
@@ -116,7 +115,12 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
 
 
 def _labels(
-    config: CorrectedConfig, domain: Domain, simulate: Simulator, gap: GapModel, resume: bool
+    config: CorrectedConfig,
+    domain: Domain,
+    law: Simulated,
+    simulate: Simulator,
+    gap: GapModel,
+    resume: bool,
 ) -> dict[str, Labels]:
     """The samples of every purpose; `InputError` where too few of them have something to learn."""
     if not resume:
@@ -131,7 +135,7 @@ def _labels(
         "logarithmic": domain.logarithmic,
     }
     identity = json.loads(json.dumps(identity))  # as it comes back from a file
-    data = {p: make_labels(config, domain, simulate, p, identity) for p in PURPOSES}
+    data = make_labels(config, domain, law, simulate, identity)
     first = np.asarray(jax.vmap(is_first_peak)(*map(jnp.asarray, (data["train"].q, *data["train"][3:]))))
     if first.mean() < LEAST_SHARE:
         raise InputError(

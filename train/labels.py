@@ -1,6 +1,9 @@
-"""Labels by simulation, made in blocks that are kept: an interrupted run goes on with the next block."""
+"""Labels by simulation, made in blocks that are kept, here or by many processes: an interrupted run goes on."""
 
-from collections.abc import Callable
+import functools
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,11 +18,13 @@ from acf_jax.simulator import LargestForce
 from acf_jax.simulator.peak import Force
 from acf_jax.surrogate.corrected import Domain
 from acf_jax.surrogate.saved import read_header, read_leaves, write_tree
+from acf_jax.workers import Where, run_all
 from train.config import CorrectedConfig
 from train.data import draw_points
 from train.progress import Progress
 
 BLOCK = 8192  # samples of one file
+PURPOSES = ("train", "held_out", "held_out_edges", "test", "test_edges")
 PROGRAM = 1024  # samples that are simulated side by side; one that takes long holds up no more than these
 
 
@@ -68,24 +73,63 @@ def make_simulator(law: Simulated, which: Force) -> Simulator:
 
 
 def make_labels(
-    config: CorrectedConfig, domain: Domain, simulate: Simulator, purpose: str, identity: dict[str, Any]
-) -> Labels:
-    """The samples of one purpose; blocks that an earlier session finished are read."""
-    unit = draw_points(len(domain.free), config.samples, config.seed, purpose)
-    q = domain.at(unit)
-    starts = range(0, len(q), BLOCK)
-    found = []
-    with Progress(f"{purpose} labels", 0, len(starts)) as progress:
-        for k, start in enumerate(starts):
-            path = config.output / "labels" / f"{purpose}_{k:04d}.eqx"
-            part = q[start : start + BLOCK]
-            block = _read(path, len(part), identity)
-            if block is None:
-                block = simulate(part)
-                write_tree(path, {"of": identity}, block)
-            found.append(block)
-            progress.update(k + 1)
-    return Labels(unit, q, *(np.concatenate(column) for column in zip(*found, strict=True)))
+    config: CorrectedConfig, domain: Domain, law: Simulated, simulate: Simulator, identity: dict[str, Any]
+) -> dict[str, Labels]:
+    """The samples of every purpose; blocks that an earlier session finished are read."""
+    units = {p: draw_points(len(domain.free), config.samples, config.seed, p) for p in PURPOSES}
+    points = {purpose: domain.at(unit) for purpose, unit in units.items()}
+    parts = {
+        config.output / "labels" / f"{purpose}_{k:04d}.eqx": q[start : start + BLOCK]
+        for purpose, q in points.items()
+        for k, start in enumerate(range(0, len(q), BLOCK))
+    }
+    found = {path: block for path, part in parts.items() if (block := _read(path, len(part), identity))}
+    missing = [(path, part) for path, part in parts.items() if path not in found]
+    with Progress("labels", len(found), len(parts)) as progress:
+        for path, block in _simulated(missing, config, law, simulate):
+            write_tree(path, {"of": identity}, block)
+            found[path] = block
+            progress.update(len(found))
+    labels = {}
+    for purpose in PURPOSES:
+        own = [found[path] for path in parts if path.name.rpartition("_")[0] == purpose]
+        columns = (np.concatenate(column) for column in zip(*own, strict=True))
+        labels[purpose] = Labels(units[purpose], points[purpose], *columns)
+    return labels
+
+
+def _simulated(
+    missing: Sequence[tuple[Path, np.ndarray]], config: CorrectedConfig, law: Simulated, simulate: Simulator
+) -> Iterator[tuple[Path, Block]]:
+    """The blocks that are missing, in the order of finishing."""
+    asked = config.labels
+    if asked.scheduler is None and asked.workers == 1:
+        yield from ((path, simulate(part)) for path, part in missing)
+        return
+    where = Where(asked.scheduler, asked.workers, partial(print, file=sys.stderr))
+    pieces = ((path, Piece(law, asked.force, part)) for path, part in missing)
+    for path, outcome in run_all(label, pieces, where):
+        if isinstance(outcome, Exception):
+            raise outcome
+        yield path, outcome
+
+
+class Piece(NamedTuple):
+    """What a process has to know for a block."""
+
+    law: Simulated
+    which: Force
+    q: np.ndarray
+
+
+def label(piece: Piece) -> Block:
+    """The block of a piece; runs in a process of its own, which compiles once."""
+    return _simulator(piece.law, piece.which)(piece.q)
+
+
+@functools.cache
+def _simulator(law: Simulated, which: Force) -> Simulator:
+    return make_simulator(law, which)
 
 
 def _read(path: Path, size: int, identity: dict[str, Any]) -> Block | None:

@@ -22,7 +22,8 @@ def blind(*arguments, check=True):
 def run(tmp_path_factory):
     need_module("distributed", "pip install '.[fleet]'")
     out = tmp_path_factory.mktemp("blind") / "run"
-    arguments = ["--out", str(out), "--seed", "5", "--cases", CASES, "--world", "scipy"]
+    # a seed whose causes are weak: the search is short where little is left to explain
+    arguments = ["--out", str(out), "--seed", "3", "--cases", CASES, "--world", "scipy", "--workers", "1"]
     return out, arguments, blind(*arguments).stdout
 
 

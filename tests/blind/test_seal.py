@@ -64,6 +64,16 @@ def test_a_folder_without_answers_or_sealed_twice_is_refused(sealed, tmp_path):
         seal_folder(sealed[0])
 
 
+def test_a_sealing_that_was_killed_goes_on(sealed):
+    sets, _, digest = sealed
+    left = sets / "b" / "answer.yaml"
+    left.write_text("effects: [gravity]\n")
+    with pytest.raises(InputError, match="sealed already"):
+        seal_folder(sets)
+    left.write_text("effects: [sensor_lag]\n")
+    assert seal_folder(sets) == digest and not left.exists()
+
+
 def test_an_answer_with_a_misspelt_key_is_not_sealed(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "answer.yaml").write_text("effect: [gravity]\n")

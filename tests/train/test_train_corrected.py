@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import yaml
+from needs import need_module
 
 from acf_jax.cli._model import ModelFile
 from acf_jax.contact.body import WALL, Body
@@ -87,9 +88,13 @@ def test_errors_are_those_of_the_loaded_surrogate_against_the_simulation(finishe
         assert error.max() > 0.1 * relative["max"] * exact.min(), "the stated errors must be of this size"
 
 
+@pytest.mark.parametrize("workers", [1, 2])
 def test_resuming_changes_nothing_and_makes_no_label_again(
-    finished: Path, monkeypatch: pytest.MonkeyPatch
+    finished: Path, monkeypatch: pytest.MonkeyPatch, workers: int
 ) -> None:
+    """Whoever labels, this process or two others."""
+    if workers > 1:
+        need_module("distributed", "pip install 'acf-jax[fleet]'")
     before = (finished / "metrics.json").read_bytes(), (finished / "model.eqx").read_bytes()
     lost = finished / "labels" / "test_0000.eqx"
     lost.write_bytes(lost.read_bytes()[:-50])
@@ -98,7 +103,8 @@ def test_resuming_changes_nothing_and_makes_no_label_again(
     monkeypatch.setattr(
         labels, "write_tree", lambda path, *more: (made.append(path.name), write(path, *more))
     )
-    assert train(finished.parent / "small.yaml", finished, "--resume") == 0
+    more = ("--set", f"labels.workers={workers}", "--resume")
+    assert train(finished.parent / "small.yaml", finished, *more) == 0
     assert made == ["test_0000.eqx"], "only the damaged block is made again"
     assert ((finished / "metrics.json").read_bytes(), (finished / "model.eqx").read_bytes()) == before
 

@@ -31,14 +31,20 @@ def seal_answers(folder: Path, answers: dict[str, dict[str, Any]]) -> str:
 
 
 def seal_folder(folder: Path) -> str:
-    """Seal the `answer.yaml` beside each data set of a folder, and remove them; returns the SHA-256."""
-    if (folder / SEAL).exists():
-        raise InputError(f"{folder / SEAL}: these answers are sealed already")
+    """Seal the `answer.yaml` beside each data set of a folder, and remove them; returns the SHA-256.
+
+    A sealing that was killed before it had removed them all goes on.
+    """
     files = sorted(folder.glob(f"*/{ANSWER}"))
-    for file in files:
-        read_answer(file.parent)
-    _check_beside(folder, [p.parent.name for p in folder.glob("*/dataset.yaml")] if files else [])
-    digest = seal_answers(folder, {file.parent.name: read_yaml_mapping(file) for file in files})
+    beside = {file.parent.name: read_answer(file.parent) for file in files}
+    if (folder / SEAL).exists():
+        seal, content = _read_seal(folder)
+        if not beside or _unpack(folder / ANSWERS, content, list(beside)) != beside:
+            raise InputError(f"{folder / SEAL}: these answers are sealed already")
+        digest = str(seal["sha256"])
+    else:
+        _check_beside(folder, [p.parent.name for p in folder.glob("*/dataset.yaml")] if files else [])
+        digest = seal_answers(folder, {file.parent.name: read_yaml_mapping(file) for file in files})
     for file in files:
         file.unlink()
     return digest

@@ -71,6 +71,7 @@ class Spread(NamedTuple):
     explanations: Scalar  # N^2
 
 
+@eqx.filter_jit
 def spread(model: ContactModel, z: Float[Array, " p"], body: Body) -> tuple[ContactPeak, Spread]:
     """Peak of one sample and its standard deviation, to first order in the parameters.
 
