@@ -182,6 +182,9 @@ class Labels(_Part):
     scheduler: str | None = Field(default=None, description="address of a Dask scheduler whose workers label")
 
 
+LABELLERS = {"workers", "scheduler"}  # of `labels`: who labels changes no result
+
+
 class CorrectedConfig(_Run):
     """Everything a run on a corrected model depends on."""
 
@@ -192,9 +195,7 @@ class CorrectedConfig(_Run):
 
     def identity(self) -> dict[str, Any]:
         """What a run's state depends on besides the model: all but where it is kept and who labels."""
-        return self.model_dump(
-            mode="json", exclude={"output": True, "labels": {"model", "workers", "scheduler"}}
-        )
+        return self.model_dump(mode="json", exclude={"output": True, "labels": {"model", *LABELLERS}})
 
 
 AnyConfig = Config | CorrectedConfig

@@ -29,7 +29,7 @@ from acf_jax.surrogate.corrected import (
 from acf_jax.surrogate.corrected_file import save_corrected
 from acf_jax.surrogate.load import with_dtype
 from acf_jax.surrogate.surrogate import Affine
-from train.config import CorrectedConfig
+from train.config import LABELLERS, CorrectedConfig
 from train.corrected_report import write_corrected_report
 from train.devices import AXIS, Shards
 from train.domain import make_domain
@@ -100,7 +100,7 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     timings["evaluate_s"] = clock() - start
 
     more = {
-        "config": config.model_dump(mode="json"),
+        "config": config.model_dump(mode="json", exclude={"labels": LABELLERS}),
         "versions": metrics["versions"],
         "errors": metrics["errors"],
     }

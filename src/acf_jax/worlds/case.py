@@ -86,14 +86,15 @@ def make_case(
         sizes=sizes,
         distance=distance(engine, setup, list(causes.values()), tangents) if causes else 0.0,
         outside_library=bool(set(effects) & set(engine.causes("beyond"))),
-        trials=_record_trials(rng, engine, setup, list(causes.values())),
+        trials=record_trials(rng, engine, setup, list(causes.values())),
         held_out=_record_held_out(engine, setup, list(causes.values())),
     )
 
 
-def _record_trials(
+def record_trials(
     rng: np.random.Generator, world: AbstractWorld, setup: Setup, causes: Sequence[AbstractCause]
 ) -> tuple[Trial, ...]:
+    """Each condition of the setup as often as it repeats, with scatter, jitter and noise; now and then one is faulty."""
     commanded = [impact for impact in setup.conditions for _ in range(setup.repeats)]
     faulty = int(rng.integers(len(commanded)))
     trials = []
