@@ -94,7 +94,7 @@ def make_case(
 def record_trials(
     rng: np.random.Generator, world: AbstractWorld, setup: Setup, causes: Sequence[AbstractCause]
 ) -> tuple[Trial, ...]:
-    """Each condition of the setup as often as it repeats, with scatter, jitter and noise; now and then one is faulty."""
+    """Each condition of the setup as often as it repeats, with scatter, jitter and noise; one may be faulty."""
     commanded = [impact for impact in setup.conditions for _ in range(setup.repeats)]
     faulty = int(rng.integers(len(commanded)))
     trials = []
