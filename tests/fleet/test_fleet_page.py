@@ -68,6 +68,14 @@ def test_another_cause_is_a_change_and_ends_the_trends() -> None:
     assert trends == []
 
 
+def test_one_of_two_causes_that_both_stand_is_no_change() -> None:
+    both = (("coulomb_friction",), ("gravity",))
+    before = rig("a", "x", 5.0, first=("gravity",), credible=both)
+    assert find_changes([fleet("april", before), fleet("may", rig("a", "y", 5.0, credible=both))])[0] == []
+    sure = rig("a", "y", 5.0, credible=both[:1])
+    assert [c.what for c in find_changes([fleet("april", before), fleet("may", sure)])[0]] == ["cause"]
+
+
 def test_chance_alone_rarely_makes_a_change() -> None:
     """A hundred fleets of sixty rigs that do not change: one in twenty may raise an alarm."""
     random = np.random.default_rng(7)

@@ -28,7 +28,8 @@ class Trend(NamedTuple):
 def find_changes(runs: Sequence[Fleet]) -> tuple[list[Change], list[Trend]]:
     """Changes of the last of `runs`, the greatest first, and every trend behind them.
 
-    A parameter has changed where the slope of the weighted straight line through its values is further from zero
+    A cause has changed where the earlier first explanation no longer stands: of two that the data cannot tell apart
+    now one comes first and now the other. A parameter has changed where the slope of the weighted straight line through its values is further from zero
     than chance would bring any of all trends in one of twenty runs (Bonferroni). Every run has the same prior, which
     pulls all values towards one: the line's true slope is rather steeper. Two explanations have no parameter in common
     that means the same, so values are compared within one.
@@ -38,7 +39,9 @@ def find_changes(runs: Sequence[Fleet]) -> tuple[list[Change], list[Trend]]:
     causes = [
         Change(rig=after.rig, what=CAUSE, before=_named(before), after=_named(after))
         for history in histories
-        if len(history) > 1 and (before := history[-2][1]).first != (after := history[-1][1]).first
+        if len(history) > 1
+        and (before := history[-2][1]).first != (after := history[-1][1]).first
+        and before.first not in after.credible
     ]
     trends = [trend for history in histories for trend in _trends(history)]
     trends.sort(key=lambda trend: -abs(trend.sigmas))

@@ -11,6 +11,7 @@ from acf_jax.report.plot import Variant, axis, plain, plot, series
 from acf_jax.report.words import VERDICTS, name_of
 
 SHOWN = 100  # trends that can be looked at, the surest first
+OCTAVE = 0.30103  # between ticks of a logarithmic axis, in decades
 WIDE = 1.959964  # standard deviations to each side of a 95 % interval
 COLOURS = dict(zip(VERDICTS, ("--muted", "--corrected", "--nominal", "--contact", "--bad"), strict=True))
 SYMBOLS = dict(zip(VERDICTS, ("circle-open", "circle", "diamond", "triangle-up", "x"), strict=True))
@@ -60,9 +61,11 @@ def causes(rigs: Sequence[Rig]) -> Html | None:
         for v, (tag, _) in VERDICTS.items()
         if any(r.verdict == v for r in rigs)
     ]  # fmt: skip
+    most = max(names.values())
+    whole = {"dtick": 1} if most <= 10 else {}  # no parts of a rig
     layout = {
         "barmode": "stack",
-        "xaxis": axis("rigs", rangemode="tozero"),
+        "xaxis": axis("rigs", rangemode="tozero", **whole),
         "yaxis": axis("", automargin=True),
     }
     return plot(
@@ -96,8 +99,8 @@ def gaps(rigs: Sequence[Rig]) -> Html | None:
                  "hovertemplate": "%{text}: %{x:.3g} → %{y:.3g} N<extra></extra>"}
             )  # fmt: skip
     layout = {
-        "xaxis": axis("force error of the recalibrated model, N", type="log", dtick="D2"),
-        "yaxis": axis("of the corrected model, N", type="log", dtick="D2"),
+        "xaxis": axis("force error of the recalibrated model, N", type="log", dtick=OCTAVE),
+        "yaxis": axis("of the corrected model, N", type="log", dtick=OCTAVE),
     }
     caption = (
         "RMS force error on unseen conditions; the further below the line, the more of the gap is explained."

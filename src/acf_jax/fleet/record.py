@@ -36,6 +36,7 @@ class Rig(_Part):
     verdict: str = ""
     first: tuple[str, ...] = ()  # the most probable explanation
     probability: float | None = None  # of it
+    credible: tuple[tuple[str, ...], ...] = ()  # the explanations that these data leave standing
     component: str | None = None  # where a cause most probably acts; None where there may be none
     recalibrated_rms_n: float | None = None  # force error on unseen conditions, before the correction
     corrected_rms_n: float | None = None  # and after it
@@ -78,6 +79,7 @@ def rig_of(name: str, data: str, content: dict[str, Any]) -> Rig:
         verdict=content["verdict"],
         first=first["effects"],
         probability=first["probability"],
+        credible=content["credible_set"],
         component=max(component, key=component.__getitem__) if first["effects"] else None,
         recalibrated_rms_n=gap["recalibrated"]["force_rms_n"],
         corrected_rms_n=gap["corrected"]["force_rms_n"],
