@@ -31,7 +31,7 @@ def find_changes(runs: Sequence[Fleet]) -> tuple[list[Change], list[Trend]]:
     A cause has changed where the earlier first explanation no longer stands: of two that the data cannot tell apart
     now one comes first and now the other. A parameter has changed where the slope of the weighted straight line through
     its values is further from zero than chance would bring any of all trends in one of twenty runs (Bonferroni). Every
-    run has the same prior, which pulls all values towards one: the line's true slope is rather steeper. Two explanations
+    run has the same prior, which pulls all values towards one: the true slope is rather steeper. Two explanations
     have no parameter in common that means the same, so values are compared within one.
     """
     by_name = [{rig.rig: rig for rig in run.rigs if not rig.fault} for run in runs]
