@@ -4,7 +4,8 @@ set -euo pipefail
 cd "$(dirname "$0")"
 ruff format --check .
 ruff check .
-mypy
+mypy & types=$!
 NO_MKDOCS_2_WARNING=1 mkdocs build -q --strict
+wait "$types"
 # The README's test command, word for word (tests/test_package.py compares them).
 pip install -q ".[test]" && python -m pytest -q "$@"

@@ -43,8 +43,8 @@ def test_the_score_is_better_than_chance_and_complete(run):
     content = json.loads((out / "results" / "score.json").read_text())
     rows = content["rows"]
     assert len(rows) == int(CASES) and not content["score"]["errors"]
-    # fourteen explanations: a guess would be right once in three such runs
-    assert sum(row["first_in_class"] for row in rows) >= 2
+    # five of fourteen explanations, drawn by chance, would hold three of four causes in one run of seven
+    assert sum(row["covered"] for row in rows) >= 3
     assert "false alarms without any effect" in printed
     page = (out / "results" / "score.html").read_text()
     assert "Confusion matrix" in page

@@ -20,6 +20,7 @@ def weigh(task: Task) -> Files:
     content = {
         "verdict": "no_gap",
         "explanations": [{"effects": [], "probability": 0.9}],
+        "credible_set": [[]],
         "where": {"component": {"actuator": 0.1}},
         "gap": {"recalibrated": error, "corrected": error},
         "shrinkage": {"force": None, "peak": None},
