@@ -34,7 +34,7 @@ from train.corrected_report import write_corrected_report
 from train.devices import AXIS, Shards
 from train.domain import make_domain
 from train.judge import ask, joined, judge, misled, missed, search_worst, std_error, summary
-from train.labels import Labels, Simulator, joined_labels, make_labels, make_simulator
+from train.labels import Labels, joined_labels, make_labels, make_simulator
 from train.loop import fit_network
 from train.results import write_results
 from train.versions import versions
@@ -55,8 +55,7 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     domain = make_domain(config, model, law)
 
     start = clock()
-    simulate = make_simulator(law, config.labels.force)
-    data = _labels(config, domain, law, simulate, gap, resume)
+    data = _labels(config, domain, law, gap, resume)
     timings["labels_s"] = clock() - start
     print(
         f"{sum(len(d.q) for d in data.values()):,} impacts of the corrected model simulated, "
@@ -68,7 +67,7 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     timings["train_s"] = clock() - start
 
     start = clock()
-    wide = with_dtype(surrogate, float)
+    wide, simulate = with_dtype(surrogate, float), make_simulator(law, config.labels.force)
     held_out = joined_labels(data["held_out"], data["held_out_edges"])
     known = [ask(wide, held_out), ask(wide, data["train"])]
     known.append(search_worst(wide, simulate, held_out, missed, config.seed))
@@ -115,12 +114,7 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
 
 
 def _labels(
-    config: CorrectedConfig,
-    domain: Domain,
-    law: Simulated,
-    simulate: Simulator,
-    gap: GapModel,
-    resume: bool,
+    config: CorrectedConfig, domain: Domain, law: Simulated, gap: GapModel, resume: bool
 ) -> dict[str, Labels]:
     """The samples of every purpose; `InputError` where too few of them have something to learn."""
     if not resume:
@@ -135,7 +129,7 @@ def _labels(
         "logarithmic": domain.logarithmic,
     }
     identity = json.loads(json.dumps(identity))  # as it comes back from a file
-    data = make_labels(config, domain, law, simulate, identity)
+    data = make_labels(config, domain, law, identity)
     first = np.asarray(jax.vmap(is_first_peak)(*map(jnp.asarray, (data["train"].q, *data["train"][3:]))))
     if first.mean() < LEAST_SHARE:
         raise InputError(

@@ -1,9 +1,8 @@
 """Labels by simulation, made in blocks that are kept, here or by many processes: an interrupted run goes on."""
 
-import functools
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -54,6 +53,7 @@ def joined_labels(*parts: Labels) -> Labels:
     return Labels(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
+@cache  # a process compiles it once
 def make_simulator(law: Simulated, which: Force) -> Simulator:
     """Samples q (n, q) to their largest forces."""
 
@@ -72,48 +72,6 @@ def make_simulator(law: Simulated, which: Force) -> Simulator:
     return simulate
 
 
-def make_labels(
-    config: CorrectedConfig, domain: Domain, law: Simulated, simulate: Simulator, identity: dict[str, Any]
-) -> dict[str, Labels]:
-    """The samples of every purpose; blocks that an earlier session finished are read."""
-    units = {p: draw_points(len(domain.free), config.samples, config.seed, p) for p in PURPOSES}
-    points = {purpose: domain.at(unit) for purpose, unit in units.items()}
-    parts = {
-        config.output / "labels" / f"{purpose}_{k:04d}.eqx": q[start : start + BLOCK]
-        for purpose, q in points.items()
-        for k, start in enumerate(range(0, len(q), BLOCK))
-    }
-    found = {path: block for path, part in parts.items() if (block := _read(path, len(part), identity))}
-    missing = [(path, part) for path, part in parts.items() if path not in found]
-    with Progress("labels", len(found), len(parts)) as progress:
-        for path, block in _simulated(missing, config, law, simulate):
-            write_tree(path, {"of": identity}, block)
-            found[path] = block
-            progress.update(len(found))
-    labels = {}
-    for purpose in PURPOSES:
-        own = [found[path] for path in parts if path.name.rpartition("_")[0] == purpose]
-        columns = (np.concatenate(column) for column in zip(*own, strict=True))
-        labels[purpose] = Labels(units[purpose], points[purpose], *columns)
-    return labels
-
-
-def _simulated(
-    missing: Sequence[tuple[Path, np.ndarray]], config: CorrectedConfig, law: Simulated, simulate: Simulator
-) -> Iterator[tuple[Path, Block]]:
-    """The blocks that are missing, in the order of finishing."""
-    asked = config.labels
-    if asked.scheduler is None and asked.workers == 1:
-        yield from ((path, simulate(part)) for path, part in missing)
-        return
-    where = Where(asked.scheduler, asked.workers, partial(print, file=sys.stderr))
-    pieces = ((path, Piece(law, asked.force, part)) for path, part in missing)
-    for path, outcome in run_all(label, pieces, where):
-        if isinstance(outcome, Exception):
-            raise outcome
-        yield path, outcome
-
-
 class Piece(NamedTuple):
     """What a process has to know for a block."""
 
@@ -123,13 +81,50 @@ class Piece(NamedTuple):
 
 
 def label(piece: Piece) -> Block:
-    """The block of a piece; runs in a process of its own, which compiles once."""
-    return _simulator(piece.law, piece.which)(piece.q)
+    """The block of a piece, in whatever process."""
+    return make_simulator(piece.law, piece.which)(piece.q)
 
 
-@functools.cache
-def _simulator(law: Simulated, which: Force) -> Simulator:
-    return make_simulator(law, which)
+def make_labels(
+    config: CorrectedConfig, domain: Domain, law: Simulated, identity: dict[str, Any]
+) -> dict[str, Labels]:
+    """The samples of every purpose; blocks that an earlier session finished are read."""
+    units = {p: draw_points(len(domain.free), config.samples, config.seed, p) for p in PURPOSES}
+    points = {purpose: domain.at(unit) for purpose, unit in units.items()}
+    parts = {
+        purpose: {
+            config.output / "labels" / f"{purpose}_{k:04d}.eqx": Piece(law, config.labels.force, part)
+            for k, part in enumerate(np.split(q, range(BLOCK, len(q), BLOCK)))
+        }
+        for purpose, q in points.items()
+    }
+    pieces = {path: piece for own in parts.values() for path, piece in own.items()}
+    found = {path: block for path, p in pieces.items() if (block := _read(path, len(p.q), identity))}
+    missing = [(path, piece) for path, piece in pieces.items() if path not in found]
+    with Progress("labels", len(found), len(pieces)) as progress:
+        for path, block in _labelled(missing, config):
+            write_tree(path, {"of": identity}, block)
+            found[path] = block
+            progress.update(len(found))
+    labels = {}
+    for purpose, own in parts.items():
+        columns = (np.concatenate(column) for column in zip(*(found[path] for path in own), strict=True))
+        labels[purpose] = Labels(units[purpose], points[purpose], *columns)
+    return labels
+
+
+def _labelled(pieces: Sequence[tuple[Path, Piece]], config: CorrectedConfig) -> Iterator[tuple[Path, Block]]:
+    """The blocks of pieces, in the order of finishing."""
+    asked = config.labels
+    if asked.scheduler is None and asked.workers == 1:
+        yield from ((path, label(piece)) for path, piece in pieces)
+        return
+    say = partial(print, file=sys.stderr)
+    where = Where(asked.scheduler, asked.workers, say, option="labels.scheduler")
+    for path, outcome in run_all(label, pieces, where):
+        if isinstance(outcome, Exception):
+            raise outcome
+        yield path, outcome
 
 
 def _read(path: Path, size: int, identity: dict[str, Any]) -> Block | None:

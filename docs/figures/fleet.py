@@ -1,4 +1,4 @@
-"""Draw four rigs at three times, run `fleet` on them, and take docs/figures/fleet.png and fleet_phone.png of its page.
+"""Draw four rigs at three times, run `fleet` on them, and take docs/figures/fleet.png of its page.
 
     python docs/figures/fleet.py
 
@@ -54,12 +54,10 @@ def main() -> None:
         done.append(name)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
-        for file, width in (("fleet.png", 1120), ("fleet_phone.png", 390)):
-            page = browser.new_page(viewport={"width": width, "height": 1400})
-            page.emulate_media(color_scheme="dark" if width < 700 else "light")
-            page.goto((options.work / done[-1] / "index.html").absolute().as_uri())
-            page.wait_for_selector("html[data-drawn]")
-            page.screenshot(path=HERE / file, full_page=True)
+        page = browser.new_page(viewport={"width": 1120, "height": 1400})
+        page.goto((options.work / done[-1] / "index.html").absolute().as_uri())
+        page.wait_for_selector("html[data-drawn]")
+        page.screenshot(path=HERE / "fleet.png", full_page=True)
         browser.close()
 
 

@@ -25,7 +25,7 @@ REACH_S, PATIENCE_S = 10, 60  # how long a scheduler may not answer, and may hav
 
 # Dask has its processes give every freed page back at once, which costs a diagnosis a fifth of its time.
 _MALLOC = {"MALLOC_TRIM_THRESHOLD_": 2**29, "MALLOC_MMAP_THRESHOLD_": 2**28}
-SETTINGS: dict[str, Any] = {
+_SETTINGS: dict[str, Any] = {
     "distributed.admin.large-graph-warning-threshold": "1GB",
     **{f"distributed.nanny.pre-spawn-environ.{name}": size for name, size in _MALLOC.items()},
 }
@@ -37,6 +37,7 @@ class Where(NamedTuple):
     scheduler: str | None = None  # address of a Dask scheduler; None: processes on this machine
     workers: int = 2  # how many of these
     say: Callable[[str], None] = lambda text: None  # told where the dashboard is
+    option: str = "--scheduler"  # where the user gave the address, for messages
 
 
 class Lost(RuntimeError):
@@ -56,11 +57,11 @@ def run_all(
     if (first := next(pieces, None)) is None:
         return  # nothing to do needs no processes
     with _client(where) as client:
-        yield from _stream(client, work, chain([first], pieces))
+        yield from _stream(client, work, chain([first], pieces), where)
 
 
 def _stream(
-    client: "Client", work: Callable[[Argument], Result], pieces: Iterator[tuple[Key, Argument]]
+    client: "Client", work: Callable[[Argument], Result], pieces: Iterator[tuple[Key, Argument]], where: Where
 ) -> Iterator[tuple[Key, Result | Exception]]:
     from distributed import CancelledError, KilledWorker, as_completed
 
@@ -81,7 +82,7 @@ def _stream(
             outcome = future.result()
         except CancelledError:
             raise InputError(
-                "--scheduler: went away; start it again and repeat the command, which goes on where it was"
+                f"{where.option}: went away; start it again and repeat the command, which goes on where it was"
             ) from None
         except KilledWorker as error:
             outcome = Lost(f"{error.allowed_failures + 1} processes died of it; is there enough memory?")
@@ -108,9 +109,9 @@ def _client(where: Where) -> Iterator["Client"]:
         from distributed import Client, LocalCluster
     except ImportError:
         raise InputError("Dask is missing; install it by pip install 'acf-jax[fleet]'") from None
-    with dask.config.set(SETTINGS):
+    with dask.config.set(_SETTINGS):
         if where.scheduler is not None:
-            with _reached(where.scheduler) as client:
+            with _reached(where.scheduler, where) as client:
                 where.say(f"dashboard: {client.dashboard_link}")
                 yield client
             return
@@ -124,7 +125,7 @@ def _client(where: Where) -> Iterator["Client"]:
             yield client
 
 
-def _reached(scheduler: str) -> "Client":
+def _reached(scheduler: str, where: Where) -> "Client":
     """A client of a scheduler that has workers with this version of acf-jax."""
     from distributed import Client
 
@@ -132,7 +133,7 @@ def _reached(scheduler: str) -> "Client":
         client = Client(scheduler, timeout=REACH_S)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"--scheduler {scheduler}: cannot be reached ({error}); start one by `dask scheduler`, and workers by "
+            f"{where.option} {scheduler}: cannot be reached ({error}); start one by `dask scheduler`, and workers by "
             f"`dask worker {scheduler} --nthreads 1`"
         ) from None
     try:
@@ -141,12 +142,12 @@ def _reached(scheduler: str) -> "Client":
     except TimeoutError:
         client.close()
         raise InputError(
-            f"--scheduler {scheduler}: has no workers; start some by `dask worker {scheduler} --nthreads 1`"
+            f"{where.option} {scheduler}: has no workers; start some by `dask worker {scheduler} --nthreads 1`"
         ) from None
     if others := sorted({v for v in versions.values() if v != __version__}):
         client.close()
         raise InputError(
-            f"--scheduler {scheduler}: has workers with acf-jax {', '.join(others)}; install {__version__} there"
+            f"{where.option} {scheduler}: has workers with acf-jax {', '.join(others)}; install {__version__} there"
         )
     return client
 

@@ -22,8 +22,7 @@ def blind(*arguments, check=True):
 def run(tmp_path_factory):
     need_module("distributed", "pip install '.[fleet]'")
     out = tmp_path_factory.mktemp("blind") / "run"
-    # a seed whose causes are weak: the search is short where little is left to explain
-    arguments = ["--out", str(out), "--seed", "3", "--cases", CASES, "--world", "scipy", "--workers", "1"]
+    arguments = ["--out", str(out), "--seed", "5", "--cases", CASES, "--world", "scipy", "--workers", "1"]
     return out, arguments, blind(*arguments).stdout
 
 
@@ -43,8 +42,8 @@ def test_the_score_is_better_than_chance_and_complete(run):
     content = json.loads((out / "results" / "score.json").read_text())
     rows = content["rows"]
     assert len(rows) == int(CASES) and not content["score"]["errors"]
-    # five of fourteen explanations, drawn by chance, would hold three of four causes in one run of seven
-    assert sum(row["covered"] for row in rows) >= 3
+    # fourteen explanations: a guess would be right once in three such runs
+    assert sum(row["first_in_class"] for row in rows) >= 2
     assert "false alarms without any effect" in printed
     page = (out / "results" / "score.html").read_text()
     assert "Confusion matrix" in page

@@ -19,7 +19,7 @@ def test_whole_files_are_understood(reader):
 
 @pytest.mark.parametrize("reader", READERS, ids=[reader.name for reader in READERS])
 @settings(
-    max_examples=30, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+    max_examples=40, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
 )
 @given(data=st.data())
 def test_mutated_files_are_understood_or_refused(reader, data):

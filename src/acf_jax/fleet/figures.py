@@ -61,8 +61,7 @@ def causes(rigs: Sequence[Rig]) -> Html | None:
         for v, (tag, _) in VERDICTS.items()
         if any(r.verdict == v for r in rigs)
     ]  # fmt: skip
-    most = max(names.values())
-    whole = {"dtick": 1} if most <= 10 else {}  # no parts of a rig
+    whole = {"dtick": 1} if max(names.values()) <= 10 else {}  # no parts of a rig
     layout = {
         "barmode": "stack",
         "xaxis": axis("rigs", rangemode="tozero", **whole),

@@ -81,7 +81,11 @@ def _solve(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
     return Peak(f_max, (tau + (polish(sigma, at_sigma, crossing) - sigma)) / rig.omega, has_peak)
 
 
-@jax.jit  # traced once, not at each of the places and orders that ask for it
+# traced once, not at each of the places and orders that ask for it
+_solve_one = jax.jit(partial(_solve, find_crossing))
+
+
+@jax.jit  # for the same reason
 def _sensitivity(rig: Rig, impact: Impact) -> tuple[Peak, Gradient, Gradient]:
     """The peak and the gradients of F_max, by the envelope theorem, and of t_max, by the implicit one.
 
@@ -104,7 +108,7 @@ def _inner(gradient: Gradient, tangents: Gradient) -> Array:
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
 def _peak(batched: bool, rig: Rig, impact: Impact) -> Peak:
     if not batched:
-        return jax.jit(_solve, static_argnums=0)(find_crossing, rig, impact)
+        return _solve_one(rig, impact)
     peak: Peak = in_blocks(partial(_solve, find_crossings))(rig, impact)
     return peak
 
