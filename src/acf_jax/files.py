@@ -2,10 +2,7 @@
 
 import json
 import os
-import shutil
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -124,40 +121,6 @@ def write_bytes(path: Path, content: bytes) -> None:
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
-
-
-@contextmanager
-def whole_folder(target: Path) -> Iterator[Path]:
-    """A scratch folder whose files move into `target` when the block ends well, and vanish otherwise."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}."))
-    try:
-        yield scratch
-        if not target.exists():
-            scratch.chmod(0o755)
-            scratch.rename(target)
-            return
-        for source in sorted(scratch.rglob("*")):
-            if source.is_file():
-                destination = target / source.relative_to(scratch)
-                destination.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(source, destination)
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-
-
-def read_folder(folder: Path) -> dict[str, bytes]:
-    """The files of a folder by their paths in it."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
-
-
-def write_folder(folder: Path, files: dict[str, bytes]) -> None:
-    """Write files by their paths into `folder`, each whole or not at all."""
-    with whole_folder(folder) as scratch:
-        for name, content in files.items():
-            (scratch / name).parent.mkdir(parents=True, exist_ok=True)
-            (scratch / name).write_bytes(content)
 
 
 def inside(folder: Path, relative: str) -> Path:

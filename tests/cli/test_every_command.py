@@ -124,9 +124,7 @@ def test_ctrl_c_leaves_nothing_half_written(path, end, monkeypatch, tmp_path):
     arguments = prepared(path, tmp_path)
     before = files(tmp_path)
     monkeypatch.setattr("acf_jax.start.start_jax", stop)
-    monkeypatch.setattr(
-        "acf_jax.files.os.replace", lambda *names: stop()
-    )  # the last moment of a command without JAX
+    monkeypatch.setattr("os.replace", lambda *names: stop())  # the last moment of a command without JAX
     for module in ("blind.campaign", "fleet.run"):
         monkeypatch.setattr(f"acf_jax.{module}.run_all", lambda *rest: stop())
     code, text, error = end(*path, *arguments)

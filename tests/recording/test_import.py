@@ -147,9 +147,12 @@ def test_the_command(tmp_path):
     lines = text.replace(f"{entries[1]['contact_s']:.9f}", f"{moved:.9f}").splitlines()
     lines = [line.replace("keep: true", "keep: false") if "t005" in line else line for line in lines]
     review.write_text("\n".join(line for line in lines if "t006" not in line) + "\n")
-    other = run(path, "--out", tmp_path / "other", "--rig", rig, "--review", review)
+    (out / "traces" / "mine.csv").write_text("a note")
+    other = run(path, "--out", out, "--rig", rig, "--review", review)
     assert other.exit_code == 0 and "t005 is not kept: dropped by the review" in other.output
-    changed = read_dataset(tmp_path / "other")
+    changed = read_dataset(out)
+    left = {file.stem for file in (out / "traces").iterdir()}
+    assert left == {"mine", *(t.name for t in changed.trials)}  # no trace of a cut that is gone
     assert [t.name for t in changed.trials] == ["t000", "t001", "t002", "t003", "t004", "t007"]
     late = data.trials[1].trace.time[0] - changed.trials[1].trace.time[0]
     assert changed.trials[1].other["contact_s"] == f"{moved:.9f}" and abs(late) < 0.0025

@@ -12,7 +12,8 @@ from acf_jax.blind.plan import WEAK, Order, draw_plan
 from acf_jax.blind.seal import SEAL, seal_answers
 from acf_jax.dataset import GapDataset, data_sets, read_dataset
 from acf_jax.errors import InputError, shown
-from acf_jax.files import read_folder, read_json_mapping, read_yaml_mapping, write_folder, write_text
+from acf_jax.files import read_json_mapping, read_yaml_mapping, write_text
+from acf_jax.folders import read_folder, write_folder
 from acf_jax.workers import Where, run_all
 
 WITHHELD = "withheld.json"  # the effects that a diagnosis shall not know, by data set

@@ -39,7 +39,7 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
     start_jax()
     from acf_jax.diagnosis.diagnose import diagnose
     from acf_jax.diagnosis.results import write_results
-    from acf_jax.files import whole_folder
+    from acf_jax.folders import whole_folder
     from acf_jax.report import sentence, write_report
 
     with stages() as progress:

@@ -9,6 +9,7 @@ import click
 
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import counts
+from acf_jax.cli._stale import traces_of
 
 if TYPE_CHECKING:
     from acf_jax.recording import Impacts
@@ -88,7 +89,8 @@ def _import(
 ) -> tuple["Impacts", bool]:
     """Read, cut, write; the impacts, and whether the rig is described."""
     from acf_jax.errors import InputError
-    from acf_jax.files import whole_folder, write_text
+    from acf_jax.files import write_text
+    from acf_jax.folders import whole_folder
     from acf_jax.recording import find_impacts, read_mapping, read_session
     from acf_jax.recording.page import import_page
     from acf_jax.recording.review import read_review
@@ -119,7 +121,7 @@ def _import(
     if review is not None and review.exists():
         decided = read_review(review, recording.name, session.duration).cuts
     impacts = find_impacts(session, chosen.contacts, known.prior if known else None, decided)
-    with whole_folder(out) as folder:
+    with whole_folder(out, traces_of(out / "trials.csv", "contact_s")) as folder:
         write_impacts(folder, impacts, known)
         write_text(folder / PAGE, import_page(impacts, str(review or "cuts.yaml"), str(out)))
     if review is not None and decided is None:

@@ -8,6 +8,7 @@ import click
 
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import stages
+from acf_jax.cli._stale import traces_of
 
 EXAMPLES = """
 \b
@@ -61,6 +62,8 @@ def command(
         faults.append(f"--sample-rate {sample_rate:g}: must lie between 100 and 1000000 Hz")
     if out.exists() and not out.is_dir():
         faults.append(f"--out {out}: is a file; name a folder")
+    elif (out / "trials.csv").exists():
+        faults.append(f"--out {out}: holds a data set, whose traces have these names; name another folder")
     trials: tuple[Trial, ...] = ()
     try:
         trials = read_conditions(conditions)
@@ -76,7 +79,8 @@ def command(
 
     from acf_jax.diagnosis.model_file import read_model
     from acf_jax.diagnosis.predict import predict
-    from acf_jax.files import whole_folder, write_text
+    from acf_jax.files import write_text
+    from acf_jax.folders import whole_folder
 
     model = read_model(diagnosis_dir / "model.json")
     v_e = np.array([t.contact_velocity for t in trials])
@@ -96,7 +100,7 @@ def command(
         )
         for t, p in zip(trials, predictions, strict=True)
     ]
-    with whole_folder(out) as folder:
+    with whole_folder(out, traces_of(out / "predictions.csv", COLUMNS[-1])) as folder:
         write_text(folder / "predictions.csv", _table(COLUMNS, rows))
         for trial, p in zip(trials, predictions, strict=True):
             samples = [

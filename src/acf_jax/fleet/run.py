@@ -13,8 +13,9 @@ import numpy as np
 from acf_jax import __version__
 from acf_jax.dataset import GapDataset, data_sets, read_dataset
 from acf_jax.errors import InputError
-from acf_jax.files import read_folder, read_text, write_folder, write_text
+from acf_jax.files import read_text, write_text
 from acf_jax.fleet.record import Fleet, Rig, rig_of
+from acf_jax.folders import read_folder, write_folder
 from acf_jax.workers import Where, run_all
 
 DIAGNOSIS = "diagnosis.json"

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from acf_jax.files import whole_folder, write_text
+from acf_jax.files import write_text
+from acf_jax.folders import whole_folder
 from acf_jax.worlds.case import Case, Trial
 from acf_jax.worlds.interface import Array
 

@@ -1,0 +1,58 @@
+"""A run into a folder that holds another: all new or all old, whenever it stops, and what is the user's stays."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from acf_jax.folders import read_folder, whole_folder
+
+MINE = {"notes.txt": b"mine", "traces/mine.csv": b"mine"}
+OLD = {"report.html": b"old", "traces/t000.csv": b"old", "traces/t001.csv": b"old"}
+NEW = {"added.json": b"new", "report.html": b"new", "traces/t000.csv": b"new"}
+MOVES = 6  # three files of the earlier run aside, three of this one into their places
+
+
+def write(folder: Path) -> None:
+    with whole_folder(folder, ["traces/t001.csv", "traces/none.csv"]) as scratch:
+        for name, content in NEW.items():
+            (scratch / name).parent.mkdir(exist_ok=True)
+            (scratch / name).write_bytes(content)
+
+
+def stopped(monkeypatch: pytest.MonkeyPatch, folder: Path, at: int, how) -> None:  # type: ignore[no-untyped-def]
+    """Write into a folder of an earlier run; `how` happens before the move `at`."""
+    for name, content in (MINE | OLD).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    rename, moves = os.replace, []
+
+    def replace(source: Path, destination: Path) -> None:
+        moves.append(source)
+        if len(moves) == at:
+            how()
+        rename(source, destination)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.replace", replace)
+        write(folder)
+    assert len(moves) == MOVES
+
+
+def full() -> None:
+    raise OSError("no space left")
+
+
+@pytest.mark.parametrize("at", range(1, MOVES + 1))
+def test_a_fault_at_any_move_leaves_the_old_files(at, monkeypatch, tmp_path):
+    with pytest.raises(OSError, match="no space left"):
+        stopped(monkeypatch, tmp_path / "out", at, full)
+    assert read_folder(tmp_path) == {f"out/{name}": content for name, content in (MINE | OLD).items()}
+
+
+@pytest.mark.parametrize("at", range(1, MOVES + 1))
+def test_ctrl_c_at_any_move_leaves_the_new_files(at, monkeypatch, tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        stopped(monkeypatch, tmp_path / "out", at, lambda: signal.raise_signal(signal.SIGINT))
+    assert read_folder(tmp_path) == {f"out/{name}": content for name, content in (MINE | NEW).items()}
