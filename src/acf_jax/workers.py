@@ -13,7 +13,7 @@ from acf_jax import __version__
 from acf_jax.errors import InputError
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 Key = TypeVar("Key")
 Argument = TypeVar("Argument")
@@ -38,6 +38,7 @@ class Where(NamedTuple):
     workers: int = 2  # how many of these
     say: Callable[[str], None] = lambda text: None  # told where the dashboard is
     option: str = "--scheduler"  # where the user gave the address, for messages
+    again: str = "the same command goes on where it was"  # what to do after a failure
 
 
 class Lost(RuntimeError):
@@ -63,34 +64,52 @@ def run_all(
 def _stream(
     client: "Client", work: Callable[[Argument], Result], pieces: Iterator[tuple[Key, Argument]], where: Where
 ) -> Iterator[tuple[Key, Result | Exception]]:
-    from distributed import CancelledError, KilledWorker, as_completed
+    from distributed import as_completed
 
     keys: dict[str, Key] = {}
     finished = as_completed()
 
     def hand_out() -> None:
-        wanted = AHEAD * max(1, sum(client.nthreads().values()))
+        with _answering(where):
+            wanted = AHEAD * max(1, sum(client.nthreads().values()))
         while len(keys) < wanted and (piece := next(pieces, None)) is not None:
-            future = client.submit(_start_and, work, piece[1], pure=False)
+            with _answering(where):
+                future = client.submit(_start_and, work, piece[1], pure=False)
             keys[future.key] = piece[0]
             finished.add(future)
 
     hand_out()
     for future in finished:
-        outcome: Result | Exception
-        try:
-            outcome = future.result()
-        except CancelledError:
-            raise InputError(
-                f"{where.option}: went away; start it again and repeat the command, which goes on where it was"
-            ) from None
-        except KilledWorker as error:
-            outcome = Lost(f"{error.allowed_failures + 1} processes died of it; is there enough memory?")
-        except Exception as error:
-            outcome = error
-        yield keys.pop(future.key), outcome
+        yield keys.pop(future.key), _outcome(future, where)
         future.release()
         hand_out()
+
+
+def _outcome(future: "Future", where: Where) -> Any:
+    """What came of a piece: the result of its work, or the error."""
+    from distributed import KilledWorker
+
+    with _answering(where):
+        try:
+            return future.result()
+        except KilledWorker as error:
+            return Lost(f"{error.allowed_failures + 1} processes died of it; is there enough memory?")
+        except Exception as error:
+            if future.status in ("finished", "cancelled"):  # it is not the work that failed
+                raise
+            return error
+
+
+@contextmanager
+def _answering(where: Where) -> Iterator[None]:
+    """`InputError` where the scheduler went away; once Dask has tried for a while to reach it again."""
+    from distributed import CancelledError
+    from distributed.client import ClosedClientError
+
+    try:
+        yield
+    except (OSError, CancelledError, ClosedClientError):
+        raise InputError(f"{where.option}: went away; start it again, then {where.again}") from None
 
 
 def _start_and(work: Callable[[Argument], Result], argument: Argument) -> Result:
@@ -107,11 +126,13 @@ def _client(where: Where) -> Iterator["Client"]:
     try:
         import dask
         from distributed import Client, LocalCluster
+        from distributed.utils import silence_logging_cmgr
     except ImportError:
         raise InputError("Dask is missing; install it by pip install 'acf-jax[fleet]'") from None
     with dask.config.set(_SETTINGS):
         if where.scheduler is not None:
-            with _reached(where.scheduler, where) as client:
+            # What Dask says of a connection that breaks is said here in one line.
+            with silence_logging_cmgr("CRITICAL"), _reached(where.scheduler, where) as client:
                 where.say(f"dashboard: {client.dashboard_link}")
                 yield client
             return
@@ -126,7 +147,7 @@ def _client(where: Where) -> Iterator["Client"]:
 
 
 def _reached(scheduler: str, where: Where) -> "Client":
-    """A client of a scheduler that has workers with this version of acf-jax."""
+    """A client of a scheduler that has workers, all of them with this version of acf-jax."""
     from distributed import Client
 
     try:
@@ -138,16 +159,21 @@ def _reached(scheduler: str, where: Where) -> "Client":
         ) from None
     try:
         client.wait_for_workers(1, timeout=PATIENCE_S)
-        versions = client.run(_version)
+        versions = {*client.run(_version).values(), client.run_on_scheduler(_version)}
     except TimeoutError:
         client.close()
         raise InputError(
             f"{where.option} {scheduler}: has no workers; start some by `dask worker {scheduler} --nthreads 1`"
         ) from None
-    if others := sorted({v for v in versions.values() if v != __version__}):
+    except Exception as error:  # what they raise arrives as an exception of no certain kind
         client.close()
         raise InputError(
-            f"{where.option} {scheduler}: has workers with acf-jax {', '.join(others)}; install {__version__} there"
+            f"{where.option} {scheduler}: it or a worker cannot use acf-jax ({error}); install {__version__} there"
+        ) from None
+    if others := sorted(versions - {__version__}):
+        client.close()
+        raise InputError(
+            f"{where.option} {scheduler}: it or a worker has acf-jax {', '.join(others)}; install {__version__} there"
         )
     return client
 

@@ -2,6 +2,9 @@
 
 import json
 import shutil
+import subprocess
+import sys
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -16,6 +19,13 @@ from tests.fleet.pieces import KILLED, refuse, weigh, weigh_or_die
 
 EXAMPLE = Path(__file__).parents[2] / "examples/rig"
 NAMES = ("a", "b", "c")
+SCHEDULER = """
+import time
+from distributed import LocalCluster
+with LocalCluster(1, 1, processes=False, protocol="tcp", dashboard_address=None, memory_limit=0) as cluster:
+    print(cluster.scheduler_address, flush=True)
+    time.sleep(600)
+"""
 
 
 def drop_trial(folder: Path, index: int) -> None:
@@ -96,3 +106,20 @@ def test_a_scheduler_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("acf_jax.workers.REACH_S", 0.1)
     with pytest.raises(InputError, match=r"--scheduler tcp://127\.0\.0\.1:1: cannot be reached"):
         list(run_all(json.dumps, [("a", 1)], Where("tcp://127.0.0.1:1")))
+
+
+def test_a_scheduler_that_dies_in_the_middle_is_named(monkeypatch: pytest.MonkeyPatch, capfd) -> None:  # type: ignore[no-untyped-def]
+    """A scheduler and its worker in a process of their own, on which work is done before they are killed."""
+    need_module("distributed", "pip install 'acf-jax[fleet]'")
+    monkeypatch.setattr("acf_jax.workers.REACH_S", 2)
+    with subprocess.Popen([sys.executable, "-c", SCHEDULER], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        try:
+            results = run_all(abs, ((i, -i) for i in count()), Where(process.stdout.readline().strip()))
+            assert all(key == outcome for key, outcome in (next(results) for _ in range(5)))
+            process.kill()
+            with pytest.raises(InputError, match=r"--scheduler: went away; .*goes on where it was"):
+                assert all(key == outcome for key, outcome in results)
+        finally:
+            process.kill()
+    assert capfd.readouterr().err == "", "and nothing else is said"
