@@ -120,10 +120,11 @@ def _labelled(pieces: Sequence[tuple[Path, Piece]], config: CorrectedConfig) -> 
         yield from ((path, label(piece)) for path, piece in pieces)
         return
     say = partial(print, file=sys.stderr)
-    where = Where(asked.scheduler, asked.workers, say, option="labels.scheduler")
+    again = "--resume goes on where it was"
+    where = Where(asked.scheduler, asked.workers, say, "labels.scheduler", again)
     for path, outcome in run_all(label, pieces, where):
         if isinstance(outcome, Exception):
-            raise outcome
+            raise InputError(f"{path}: failed ({type(outcome).__name__}: {outcome}); {again}")
         yield path, outcome
 
 

@@ -8,6 +8,10 @@ import sys
 import pytest
 from needs import need_module
 
+from acf_jax.blind import campaign
+from acf_jax.errors import InputError
+from acf_jax.workers import Lost, Where
+
 CASES = "4"
 
 
@@ -71,3 +75,16 @@ def test_a_folder_without_data_sets_is_refused(tmp_path):
     failed = blind("score", str(tmp_path), "--out", str(tmp_path / "out"), check=False)
     assert failed.returncode == 2
     assert "holds no data sets" in failed.stderr
+
+
+def test_a_data_set_that_fails_is_named_when_the_others_are_done(monkeypatch):
+    kept = []
+    outcomes = [("a", Lost("4 processes died of it")), ("b", 2), ("c", ValueError("no"))]
+    monkeypatch.setattr(campaign, "run_all", lambda *given: iter(outcomes))
+    with pytest.raises(InputError) as error:
+        campaign._each(abs, [], lambda *done: kept.append(done), Where(), lambda *told: None, 0, 3)
+    assert kept == [("b", 2)]
+    assert error.value.faults == [
+        "a: failed (Lost: 4 processes died of it); the same command goes on where it was",
+        "c: failed (ValueError: no); the same command goes on where it was",
+    ]

@@ -18,6 +18,7 @@ from acf_jax.workers import Where, run_all
 
 WITHHELD = "withheld.json"  # the effects that a diagnosis shall not know, by data set
 RUN = "run.json"  # what a run was started with
+SHOWN = 8  # data sets that are named where many fail
 
 Report = Callable[[str, int, int], None]
 Files = dict[str, bytes]
@@ -144,15 +145,16 @@ def _each(
     done: int,
     total: int,
 ) -> None:
-    """Do `work` on all pieces and keep each result; the first error is raised when all others are done."""
+    """Do `work` on all pieces and keep each result; `InputError` names those that failed when all others are done."""
     report(done, total)
-    failed = None
+    failed = []
     for name, outcome in run_all(work, pieces, where):
         if isinstance(outcome, Exception):
-            failed = failed or outcome  # the others go on; the next run tries this one again
+            failed.append(f"{name}: failed ({type(outcome).__name__}: {outcome}); {where.again}")
             continue
         keep(name, outcome)
         done += 1
         report(done, total)
     if failed:
-        raise failed
+        more = len(failed) - SHOWN
+        raise InputError([*failed[:SHOWN], *([f"and {more} more failed"] if more > 0 else [])])
