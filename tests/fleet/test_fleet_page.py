@@ -142,7 +142,17 @@ def test_a_record_comes_back_and_a_wrong_one_is_named(tmp_path: Path) -> None:
     record = fleet("april", rig("a", "x", 2.0))
     (tmp_path / "fleet.json").write_text(record.model_dump_json(by_alias=True))
     assert read_fleet(tmp_path) == record
+    may = json.loads(record.model_dump_json(by_alias=True))
+
+    def strange(**estimate: float) -> str:
+        known = may["rigs"][0]["parameters"][FRICTION]
+        return json.dumps({**may, "rigs": [{**may["rigs"][0], "parameters": {FRICTION: known | estimate}}]})
+
     for text, fault in (
+        (strange(value=1e308), "value: value error, must be 0, or between 1e-60 and 1e.60 in size"),
+        (strange(std=1e-300), "std: value error, must be 0, or between 1e-60 and 1e.60 in size"),
+        (strange(std=-1.0), "std: input should be greater than or equal to 0"),
+        (json.dumps({**may, "rigs": 2 * may["rigs"]}), "rig 'a' is listed more than once"),
         (json.dumps({"schema": "acf-gap-fleet/1", "label": "x", "rigs": []}), "finished: field required"),
         ("{", "is not JSON"),
         ("[" * 100_000, "is not JSON"),

@@ -17,11 +17,16 @@ from acf_jax.blind import campaign, score, seal
 from acf_jax.blind.answer import read_answer, read_said
 from acf_jax.cli import design, identify
 from acf_jax.cli._model import ModelFile
+from acf_jax.contact.peak import Simulated
+from acf_jax.contact.read import of_diagnosis
 from acf_jax.dataset import read_conditions, read_dataset
 from acf_jax.diagnosis.document import SCHEMA
 from acf_jax.diagnosis.model_file import read_model, write_model
 from acf_jax.diagnosis.predict import predict
 from acf_jax.errors import InputError
+from acf_jax.fleet.changes import find_changes
+from acf_jax.fleet.page import fleet_page
+from acf_jax.fleet.record import Fleet, read_fleet
 from acf_jax.recording import Mapping, Session, read_mapping, read_session
 from acf_jax.recording.review import read_review
 from acf_jax.recording.rig import read_rig_file
@@ -34,8 +39,10 @@ from acf_jax.surrogate.saved import signed
 from tests.corrected import gap_model
 from tests.dataset.impacts import write
 from tests.recording.sessions import RIG, small
+from train import labels
 from train.checkpoint import State, load_state, save_state
-from train.config import read_config
+from train.config import CorrectedConfig, read_config
+from train.domain import make_domain
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 Files = dict[str, bytes]
@@ -87,6 +94,43 @@ def checkpoint() -> Files:
 def resume(folder: Path) -> State:
     identity, state = training()
     return load_state(folder / "fold.eqx", state, identity)
+
+
+def learnt() -> Files:
+    text = (CONFIGS / "closed_loop.yaml").read_bytes()
+    return {"closed_loop.yaml": text.replace(b"low: 1.12e5", b"low: 6.0e4")}  # with the k_c of `corrected`
+
+
+def domain(folder: Path) -> None:
+    gap = gap_model()
+    config = read_config(folder / "closed_loop.yaml")
+    if isinstance(config, CorrectedConfig):
+        make_domain(config, of_diagnosis(gap), Simulated(gap.corrected.effects, gap.step_s))
+
+
+def block() -> Files:
+    values = labels.Block(np.ones(4), np.ones(4), np.ones(4, bool))
+    return content_of(lambda folder: labels.write_tree(folder / "test_0000.eqx", {"of": {"seed": 1}}, values))
+
+
+def fleet(label: str, friction: float) -> Fleet:
+    """One rig with dry friction."""
+    estimate = {"value": friction, "std": 0.3, "unit": "N", "at_bound": False}
+    rig = {
+        "rig": "a", "data": label, "verdict": "identified", "first": ["coulomb_friction"], "probability": 0.9,
+        "credible": [["coulomb_friction"]], "component": "actuator", "corrected_rms_n": 0.5,
+        "parameters": {"coulomb_friction.force_n": estimate},
+    }  # fmt: skip
+    return Fleet.model_validate(
+        {"schema": "acf-gap-fleet/1", "label": label, "finished": "today", "rigs": [rig]}
+    )
+
+
+def compared(folder: Path) -> None:
+    """What a later run makes of an earlier one."""
+    changes, trends = find_changes([read_fleet(folder), now := fleet("june", 4.0)])
+    assert all(np.isfinite(trend.sigmas) for trend in trends)
+    fleet_page(now.model_copy(update={"since": ("may",), "changes": tuple(changes)}), trends)
 
 
 def sealed() -> Files:
@@ -195,6 +239,9 @@ READERS = (
            lambda folder: design._read(folder / "design.yaml", [])),
     Reader("training", beside("table1.yaml", "table1_rig.yaml"), ("table1.yaml", "table1_rig.yaml"),
            lambda folder: read_config(folder / "table1.yaml")),
+    Reader("training, corrected", learnt, ("closed_loop.yaml",), domain),
+    Reader("labels", functools.cache(block), ("test_0000.eqx",),
+           lambda folder: labels._read(folder / "test_0000.eqx", 4, {"seed": 1})),
     Reader("checkpoint", functools.cache(checkpoint), ("fold.eqx",), resume),
     Reader("model.json", corrected, ("model.json",), lambda folder: read_model(folder / "model.json")),
     Reader("model.eqx", surrogate, ("model.eqx",), lambda folder: load_surrogate(folder / "model.eqx")),
@@ -211,6 +258,8 @@ READERS = (
     Reader("blind run", lambda: {"run.json": b'{"seed": 1}', "withheld.json": b'{"a": "gravity"}'},
            ("run.json", "withheld.json"), run_folder),
     Reader("diagnosis.json", lambda: {"diagnosis.json": json.dumps(SAID).encode()}, ("diagnosis.json",), read_said),
+    Reader("fleet.json", lambda: {"fleet.json": fleet("may", 2.0).model_dump_json(by_alias=True).encode()},
+           ("fleet.json",), compared),
     Reader("held-out trace", lambda: {"trace.csv": b"time_s,force_n\n0,80\n0.001,90\n0.002,70\n"}, ("trace.csv",),
            lambda folder: score._true_force(folder / "trace.csv")),
 )  # fmt: skip

@@ -1,17 +1,19 @@
 """`fleet.json`: what the diagnoses of many rigs came to, in one line each."""
 
 import json
+from collections import Counter
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from acf_jax import __version__
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_text
 
 SCHEMA: Literal["acf-gap-fleet/1"] = "acf-gap-fleet/1"
 FILE = "fleet.json"
+FAR = 1e60  # beyond any parameter in SI units, and its square is still a number
 
 
 class _Part(BaseModel):
@@ -22,9 +24,16 @@ class Estimate(_Part):
     """A parameter of the corrected model."""
 
     value: float
-    std: float | None
+    std: float | None = Field(ge=0)
     unit: str
     at_bound: bool
+
+    @field_validator("value", "std")
+    @classmethod
+    def _can_be_squared(cls, number: float | None) -> float | None:
+        if number and not 1 / FAR < abs(number) < FAR:
+            raise ValueError(f"must be 0, or between {1 / FAR:g} and {FAR:g} in size")
+        return number
 
 
 class Rig(_Part):
@@ -67,6 +76,12 @@ class Fleet(_Part):
     since: tuple[str, ...] = ()  # labels of the earlier runs, oldest first
     changes: tuple[Change, ...] = ()
 
+    @model_validator(mode="after")
+    def _lists_a_rig_once(self) -> Self:
+        if twice := [name for name, n in Counter(rig.rig for rig in self.rigs).items() if n > 1]:
+            raise ValueError(f"rig {shown(twice[0])} is listed more than once")
+        return self
+
 
 def rig_of(name: str, data: str, content: dict[str, Any]) -> Rig:
     """The line of a rig from its `diagnosis.json`."""
@@ -99,7 +114,8 @@ def read_fleet(folder: Path) -> Fleet:
     try:
         return Fleet.model_validate(json.loads(read_text(path)))
     except ValidationError as error:
-        problems = [f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}" for e in error.errors()[:5]]
+        found = [(".".join(map(str, e["loc"])), e["msg"].lower()) for e in error.errors()[:5]]
+        problems = [f"{key}: {what}" if key else what for key, what in found]
     except (ValueError, RecursionError) as error:
         problems = [f"is not JSON ({error})"]
     raise InputError([f"{path}: {problem}; name a folder that `fleet` wrote" for problem in problems])
