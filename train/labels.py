@@ -20,7 +20,7 @@ from acf_jax.surrogate.saved import read_header, read_leaves, write_tree
 from acf_jax.workers import Where, run_all
 from train.config import CorrectedConfig
 from train.data import draw_points
-from train.progress import Progress
+from train.progress import progress
 
 BLOCK = 8192  # samples of one file
 PURPOSES = ("train", "held_out", "held_out_edges", "test", "test_edges")
@@ -101,11 +101,11 @@ def make_labels(
     pieces = {path: piece for own in parts.values() for path, piece in own.items()}
     found = {path: block for path, p in pieces.items() if (block := _read(path, len(p.q), identity))}
     missing = [(path, piece) for path, piece in pieces.items() if path not in found]
-    with Progress("labels", len(found), len(pieces)) as progress:
+    with progress("labels", len(found), len(pieces)) as told:
         for path, block in _labelled(missing, config):
             write_tree(path, {"of": identity}, block)
             found[path] = block
-            progress.update(len(found))
+            told(len(found))
     labels = {}
     for purpose, own in parts.items():
         columns = (np.concatenate(column) for column in zip(*(found[path] for path in own), strict=True))

@@ -15,7 +15,7 @@ from acf_jax.surrogate.load import Shape, new_network
 from train.checkpoint import State, is_finite, load_state, save_state
 from train.config import Optimiser
 from train.devices import Shards, agree, is_first
-from train.progress import Progress
+from train.progress import progress
 
 
 class Diverged(RuntimeError):
@@ -59,7 +59,7 @@ def fit_network(
         agree(path, state.step)
     elif is_first():
         path.unlink(missing_ok=True)
-    with Progress(name, state.step, settings.steps) as progress:
+    with progress(name, state.step, settings.steps) as told:
         while state.step < settings.steps:
             count = min(settings.steps_per_checkpoint, settings.steps - state.step)
             stepped = run_steps(state.parameters, state.optimiser, state.step, count)
@@ -77,7 +77,7 @@ def fit_network(
             state = new
             if is_first():
                 save_state(path, state, identity)
-                progress.update(state.step, state.losses[-1])
+                told(state.step, state.losses[-1])
     return eqx.combine(jax.tree.map(jnp.asarray, state.parameters), static), state.losses
 
 

@@ -55,12 +55,17 @@ def test_version(program, capsys):
 
 
 def test_no_color_leaves_colours_out():
-    assert COLOUR.search(on_terminal({})) and not COLOUR.search(on_terminal({"NO_COLOR": "1"}))
+    coloured, plain = on_terminal({}), on_terminal({"NO_COLOR": "1"})
+    assert COLOUR.search(coloured) and not COLOUR.search(plain)
+    assert all("things" in text and "loss 5.0e-01" in text for text in (coloured, plain))
 
 
 def on_terminal(environment: dict[str, str]) -> str:
-    """What a terminal gets from a bar."""
-    code = "from acf_jax.cli._progress import counted; list(counted(range(3), 'things'))"
+    """What a terminal gets from the bars, on standard error."""
+    code = (
+        "from acf_jax.cli._progress import counted; list(counted(range(3), 'things'))\n"
+        "from train.progress import progress\nwith progress('fold', 0, 2) as told: told(1, 0.5)"
+    )
     terminal, end = pty.openpty()
     variables = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR")}
     variables |= {"TERM": "xterm-256color", **environment}

@@ -90,7 +90,7 @@ def test_errors_are_those_of_the_loaded_surrogate_against_the_simulation(finishe
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_resuming_changes_nothing_and_makes_no_label_again(
-    finished: Path, monkeypatch: pytest.MonkeyPatch, workers: int
+    finished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], workers: int
 ) -> None:
     """Whoever labels, this process or two others."""
     if workers > 1:
@@ -106,6 +106,9 @@ def test_resuming_changes_nothing_and_makes_no_label_again(
     more = ("--set", f"labels.workers={workers}", "--resume")
     assert train(finished.parent / "small.yaml", finished, *more) == 0
     assert made == ["test_0000.eqx"], "only the damaged block is made again"
+    assert len(capsys.readouterr().err.splitlines()) == workers - 1, (
+        "no progress in a pipe, at most a dashboard"
+    )
     assert ((finished / "metrics.json").read_bytes(), (finished / "model.eqx").read_bytes()) == before
 
 
