@@ -153,7 +153,7 @@ TRIAL_FAULTS = [
     ("t001,0.1", "t001,-0.1", "contact_velocity_m_per_s must be at least"),
     ("t001,0.1", "t001,0", "contact_velocity_m_per_s must be at least"),
     ("t001,0.1,60.0", "t001,0.1,-60", "pretension_n must be at least 0 N"),
-    ("t001,0.1,60.0", "t001,0.1,60000", "if it is in mN, divide by 1000"),
+    ("t001,0.1,60.0", "t001,0.1,60000", "if it is in gf, multiply by 0.0098, if in mN, divide by 1000"),
     ("t001,0.1,60.0", 't001,"0,1",60.0', "contact_velocity_m_per_s is '0,1', not a number"),
     ("t001,0.1,60.0", "t001,0,1,60.0", "row 3: has 6 cells, not 5; write decimals with a point"),
     ("t001,0.1,60.0,", "t001,0.1,", "row 3: has 4 cells, not 5; fill the row"),

@@ -215,6 +215,11 @@ def with_columns(tmp_path, **changes) -> Path:
         ({"force_n": lambda f: 101.97 * f}, "in gf, put 0.00980665\\* before its name"),
         ({"force_n": lambda f: 1000.0 * f}, "in mN, put 0.001\\*"),
         ({"force_n": lambda f: 0.001 * f}, "in kN, put 1000\\*"),
+        (
+            {"pretension_n": lambda p: 40.0 * p},
+            r"\); if the pretension is in gf, put 0.00980665\* before its name",
+        ),
+        ({"pretension_n": lambda p: 102.0 * p}, "if it is in gf, multiply by 0.0098"),
         ({"velocity_m_per_s": lambda v: 1000.0 * v}, "if it is in mm/s, put 0.001\\*"),
         ({"velocity_m_per_s": lambda v: -v}, "away from the part; put -1\\*"),
         ({"velocity_m_per_s": lambda v: 0.0 * v}, "stands still before contact"),

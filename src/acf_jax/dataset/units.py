@@ -42,7 +42,7 @@ CONTACT_STIFFNESS = Limit(
     "N/m", 2e3, 1e9, "if it is in N/mm, multiply by 1000", "if it is in mN/m, divide by 1000"
 )
 VELOCITY = Limit("m/s", 1e-5, 5.0, "if it is in km/s, multiply by 1000", "if it is in mm/s, divide by 1000")
-PRETENSION = Limit("N", 0.0, 5e3, too_high="if it is in mN, divide by 1000")
+PRETENSION = Limit("N", 0.0, 5e3, too_high="if it is in gf, multiply by 0.0098, if in mN, divide by 1000")
 FORCE_NOISE = Limit("N", 1e-6, 1e3, too_high="if it is in mN, divide by 1000")
 RELATIVE_STD = Limit("(a share)", 1e-6, 0.25, too_high="if it is in percent, divide by 100")
 

@@ -8,18 +8,14 @@ from acf_jax.dataset import units
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.recording.contacts import sampling_interval
 from acf_jax.recording.cut import Cut
+from acf_jax.recording.series import Array
 from acf_jax.recording.session import Session
 
 FASTEST = 2e6  # Hz, beyond any force sensor
 LEAST_SHARE = 0.4  # of the pretension that a first peak reaches at least
 FAR = 8.0  # a factor between peaks and those expected that no rig explains
-# What a force in another unit is times too large, and the scale that mends it.
-FORCE_UNITS = {
-    "kN": (1e-3, 1e3),
-    "kgf": (1 / 9.80665, 9.80665),
-    "gf": (101.97, 9.80665e-3),
-    "mN": (1e3, 1e-3),
-}
+UNDECIDED = 1.5  # a factor within which two slips explain the same peaks as well
+NEWTONS = {"kN": 1e3, "kgf": 9.80665, "gf": 9.80665e-3, "mN": 1e-3}  # in a unit taken for newtons
 
 
 def interval_fault(session: Session, impact_time: float) -> str | None:
@@ -75,18 +71,37 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
 
 
 def force_unit_fault(session: Session, cuts: Sequence[Cut], rig: RigPrior) -> str | None:
-    """Why the force cannot be in newtons, against pretensions and the peaks that a rig like `rig` would give."""
+    """Why force or pretension cannot be in newtons, against the peaks that a rig like `rig` would give.
+
+    Of the slips that there are those are named that bring the peaks closest to the expected ones.
+    """
     peaks = np.array([cut.contact.rise for cut in cuts])
     f_p, v_e = (np.array([getattr(cut, name).value for cut in cuts]) for name in ("pretension", "velocity"))
-    expected = np.sqrt(f_p**2 + rig.k_c.value * rig.m.value * v_e**2)
-    ratio = float(np.median(peaks / np.maximum(expected, 1e-9)))
-    share = float(np.median(peaks / np.maximum(f_p, 1e-9)))
-    low = (f_p.max() > 0.0 and share < LEAST_SHARE) or ratio < 1.0 / FAR**2
-    if not (low or ratio > FAR):
+
+    def expected(f_p: Array) -> Array:
+        return np.maximum(np.sqrt(f_p**2 + rig.k_c.value * rig.m.value * v_e**2), 1e-9)
+
+    def ratio(peaks: Array, f_p: Array) -> float:
+        """Of peaks to the expected ones; zero where they stay too far below the pretension."""
+        is_low = np.median(peaks - LEAST_SHARE * f_p) < 0.0
+        return 0.0 if is_low else float(np.median(peaks / expected(f_p)))
+
+    if 1.0 / FAR**2 < ratio(peaks, f_p) <= FAR:
         return None
-    unit, (_, scale) = min(FORCE_UNITS.items(), key=lambda item: abs(np.log(item[1][0] / max(ratio, 1e-12))))
+    slips = [
+        (ratio(n * peaks, f_p), f"the force is in {unit}, put {n:g}* before its name")
+        for unit, n in NEWTONS.items()
+    ]
+    for unit, n in NEWTONS.items():
+        number = session.pretension
+        remedy = f"give {n * number:.3g} N" if isinstance(number, float) else f"put {n:g}* before its name"
+        slips.append((ratio(peaks, n * f_p), f"the pretension is in {unit}, {remedy}"))
+    off = {text: abs(float(np.log(r))) for r, text in slips if r > 0.0}
+    least = min(off.values(), default=np.inf)
+    likely = [text for text, o in off.items() if o < min(least + np.log(UNDECIDED), np.log(FAR))]
     return (
         f"{session.path} {session.labels['force']}: peaks of {float(np.median(peaks)):.3g} N do not go with a"
         f" pretension of {float(np.median(f_p)):.3g} N and {float(np.median(v_e)):.3g} m/s (about"
-        f" {float(np.median(expected)):.3g} N); if the force is in {unit}, put {scale:g}* before its name"
+        f" {float(np.median(expected(f_p))):.3g} N); "
+        + (", or ".join(f"if {text}" for text in likely) or "look at the scale and the axis of each")
     )
