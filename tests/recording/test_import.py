@@ -161,6 +161,8 @@ def test_the_command(tmp_path):
 def test_without_a_rig_there_is_a_template(tmp_path):
     path, _ = as_npy(tmp_path)
     done = run(path, "--out", tmp_path / "set")
+    page = (tmp_path / "set" / "import.html").read_text()
+    assert "Import again with --review cuts.yaml, which writes that file" in page
     assert done.exit_code == 0 and "fill in the rig" in done.output
     with pytest.raises(InputError, match=r"rig.moving_mass_kg.value': must be a number"):
         read_dataset(tmp_path / "set")
@@ -278,6 +280,19 @@ def test_faults_of_mapping_and_review_come_together(tmp_path):
     review.write_text(f"schema: acf-import-cuts/1\nrecording: x\ncuts: [{cut}, {cut}]\n")
     said = refused(tmp_path, path, "--review", review)
     assert "is 'x', not 'log.npy'" in said and "is there twice" in said
+
+
+def test_a_wrong_review_is_named_before_anything_is_written(tmp_path):
+    path, _ = as_npy(tmp_path)
+    begins = [1e-9 * contact for contact in session().contacts[:3]]
+    times = {"a": begins[0], "b": begins[1], "c": begins[2], "back": begins[0] + 0.13}
+    cuts = ", ".join(f"{{trial: {name}, contact_s: {time}, keep: true}}" for name, time in times.items())
+    review = tmp_path / "cuts.yaml"
+    review.write_text(f"schema: acf-import-cuts/1\nrecording: log.npy\ncuts: [{cuts}]\n")
+    said = refused(tmp_path, path, "--review", review)
+    assert re.fullmatch(r".*cuts.yaml trial 'back': the robot moves at -0.0\d+ m/s there, .*", said), said
+    done = run(path, "--out", tmp_path / "set", "--review", path / "cuts.yaml")
+    assert isinstance(done.exception, OSError) and not (tmp_path / "set").exists()
 
 
 def test_a_missing_extra_is_named(tmp_path, monkeypatch):

@@ -93,7 +93,7 @@ def _import(
     from acf_jax.folders import whole_folder
     from acf_jax.recording import find_impacts, read_mapping, read_session
     from acf_jax.recording.page import import_page
-    from acf_jax.recording.review import read_review
+    from acf_jax.recording.review import check_kept, read_review
     from acf_jax.recording.rig import earlier_rig, read_rig_file
     from acf_jax.recording.write import review_of, write_impacts
 
@@ -121,11 +121,13 @@ def _import(
     if review is not None and review.exists():
         decided = read_review(review, recording.name, session.duration).cuts
     impacts = find_impacts(session, chosen.contacts, known.prior if known else None, decided)
+    if review is not None and decided is not None:
+        check_kept(review, impacts.kept)
     with whole_folder(out, traces_of(out / "trials.csv", "contact_s")) as folder:
         write_impacts(folder, impacts, known)
-        write_text(folder / PAGE, import_page(impacts, str(review or "cuts.yaml"), str(out)))
-    if review is not None and decided is None:
-        write_text(review, review_of(impacts))
+        write_text(folder / PAGE, import_page(impacts, str(review) if review else None, str(out)))
+        if review is not None and decided is None:
+            write_text(review, review_of(impacts))  # where that fails no data set is written
     return impacts, known is not None
 
 

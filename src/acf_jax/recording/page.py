@@ -17,8 +17,8 @@ BUCKETS = 3000  # of the whole recording; each shows its least and largest sampl
 MOST = 300  # cuts that the page carries sample by sample
 
 
-def import_page(impacts: Impacts, review: str, dataset: str) -> str:
-    """The page. `review`, `dataset`: where cuts.yaml and the data set lie, as the user calls them."""
+def import_page(impacts: Impacts, review: str | None, dataset: str) -> str:
+    """The page. `review`, `dataset`: where cuts.yaml, if there is one, and the data set lie, as the user calls them."""
     name = impacts.session.path.name
     parts = [
         Part("recording", "Recording", section("recording", "The whole recording", _whole(impacts))),
@@ -189,10 +189,15 @@ def _notes(impacts: Impacts) -> Html:
     return bullets([*taken, *impacts.notes])
 
 
-def _next(review: str, dataset: str) -> Html:
+def _next(review: str | None, dataset: str) -> Html:
+    file = (
+        f"Edit {review}"
+        if review
+        else "Import again with --review cuts.yaml, which writes that file; edit it"
+    )
     steps = (
-        f"Is a cut wrong? Edit {review}: keep: false drops it, another contact_s moves it, a new line adds one; then"
-        " import again with --review.",
+        f"Is a cut wrong? {file}: keep: false drops it, another contact_s moves it, a new line adds one; then"
+        f" import again with --review {review or 'cuts.yaml'}.",
         "Is its rig described? dataset.yaml wants mass, damping and stiffnesses with their standard deviations.",
         f"python -m acf_jax diagnose {dataset} --out diagnosis",
     )

@@ -1,14 +1,17 @@
 """cuts.yaml: the contacts of a recording, for a user to accept, drop or move."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from acf_jax.dataset import units
 from acf_jax.dataset.table import suggestion
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
+from acf_jax.recording.cut import Cut
 
 SCHEMA = "acf-import-cuts/1"
 HEAD = """\
@@ -65,6 +68,18 @@ def read_review(path: Path, recording: str, duration: float) -> Review:
     if faults:
         raise InputError(faults)
     return review
+
+
+def check_kept(path: Path, kept: Sequence[Cut]) -> None:
+    """`InputError` where a contact that the user keeps is none for a data set: the robot does not approach there."""
+    faults = [
+        f"{path} trial {cut.trial!r}: the robot moves at {cut.velocity.value:.4g} m/s there, not towards the part; "
+        "correct contact_s, or set keep: false"
+        for cut in kept
+        if cut.velocity.value < units.VELOCITY.low
+    ]
+    if faults:
+        raise InputError(faults)
 
 
 def review_text(recording: str, entries: list[tuple[Entry, str]]) -> str:
