@@ -158,21 +158,31 @@ def write_bag(
         }
         return message("sensor_msgs/msg/JointState", header=header(t), name=["turn", "lift"], **both)
 
+    def transforms(t, i):
+        def of(frame, value):
+            still = message("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0)
+            moved = message("geometry_msgs/msg/Transform", translation=vector(value), rotation=still)
+            names = {"header": header(t), "child_frame_id": frame}
+            return message("geometry_msgs/msg/TransformStamped", **names, transform=moved)
+
+        both = [of("base", 1.0), of("tool0", session.position[i])]
+        return message("tf2_msgs/msg/TFMessage", transforms=both if i % 2 else both[::-1])
+
     def number(t, i):
         return message("std_msgs/msg/Float64", data=float(session.pretension[i]))
 
     robots = {
-        "twist": ("TwistStamped", twist),
-        "pose": ("PoseStamped", pose),
-        "joints": ("JointState", joints),
+        "twist": ("geometry_msgs/msg/TwistStamped", twist),
+        "pose": ("geometry_msgs/msg/PoseStamped", pose),
+        "joints": ("sensor_msgs/msg/JointState", joints),
+        "transforms": ("tf2_msgs/msg/TFMessage", transforms),
     }
     name, speak = robots[speed]
-    package = "sensor_msgs" if speed == "joints" else "geometry_msgs"
     offset = np.rint(1e9 * (robot_clock + robot_drift * 1e-9 * session.beats)).astype(np.int64)
     delay = np.random.default_rng(9).integers(100_000, 120_000, max(session.time.size, session.beats.size))
     topics = [
         ("/ft/wrench", "geometry_msgs/msg/WrenchStamped", wrench, session.time, 0 * session.time),
-        ("/robot/state", f"{package}/msg/{name}", speak, session.beats, offset),
+        ("/robot/state", name, speak, session.beats, offset),
         ("/flange/pretension", "std_msgs/msg/Float64", number, session.beats, 0 * session.beats),
     ]
     serialize = store.serialize_ros1 if kind == "ros1" else store.serialize_cdr

@@ -106,6 +106,44 @@ def test_known_impacts_come_back(kind, tmp_path):
     assert len({cut.condition for cut in impacts.cuts}) == 4
 
 
+def test_a_table_of_dates(tmp_path):
+    """As loggers write them; one of another form is named, and so is a row of units."""
+    path, _ = as_csv(tmp_path)
+    head, *rows = path.read_text().splitlines()
+    stamps = np.datetime64("2026-03-01T10:00:00", "ns") + [
+        round(1e9 * float(row.split(",")[0])) for row in rows
+    ]
+    rows = [f"{stamp}Z,{row.partition(',')[2]}" for stamp, row in zip(stamps.astype(str), rows, strict=True)]
+    path.write_text("\n".join([head, *rows]))
+    assert len(find_impacts(read_session(path, Mapping()), Mapping().contacts, TYPICAL).kept) == len(FEW)
+    path.write_text("\n".join([head, rows[0].replace("Z", "+01:00"), *rows[1:]]))
+    assert "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds" in refused(tmp_path, path)
+    path.write_text(
+        "\n".join(
+            [head, "s,N,m/s,N", *(row.replace("2026-03-01T10:00:", "").replace("Z", "") for row in rows)]
+        )
+    )
+    said = refused(tmp_path, path)
+    assert said.endswith(
+        "row 2: time_s is 's', force_n is 'N', velocity_m_per_s is 'm/s', pretension_n is 'N', not a "
+        "number; remove the row if it names units"
+    ), said
+
+
+def test_a_transform_is_that_of_its_frame(tmp_path):
+    """Every message holds two; without a frame none is taken."""
+    bag = write_bag(tmp_path / "log", session(), "mcap", speed="transforms")
+    frame = "/robot/state:transforms[tool0].transform.translation.z"
+    mapping = Mapping.model_validate({"position": frame})
+    cuts = find_impacts(read_session(bag, mapping), Mapping().contacts, TYPICAL).kept
+    assert len(cuts) == len(FEW)
+    for cut, (v, _) in zip(cuts, session().impacts, strict=True):
+        assert abs(cut.velocity.value - v) < 4.0 * cut.velocity.std
+    said = refused(tmp_path, bag, "--position", "/robot/state:transforms[0].transform.translation.z")
+    assert "has no child frame '0'; name one of 'base', 'tool0'" in said
+    assert "holds transforms of many frames; name one" in refused(tmp_path, bag, "--velocity", "/robot/state")
+
+
 def test_a_clock_that_was_never_set(tmp_path):
     path = write_bag(tmp_path / "log", session(), "mcap", stamped=False)
     recording = read_session(path, Mapping())

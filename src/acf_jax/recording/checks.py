@@ -27,10 +27,14 @@ def interval_fault(session: Session, impact_time: float) -> str | None:
     if step > 3.0 * impact_time:
         return (
             f"{where}: a sample every {step:g} s, longer than a whole impact (about {impact_time:.2g} s);"
-            " if its times are in ms, set time_scale: 1.0e-3 (us: 1.0e-6, ns: 1.0e-9), else record faster"
+            " if its times are in ms, set time_scale: 1.0e-3 in the --mapping file (us: 1.0e-6, ns: 1.0e-9),"
+            " else record faster"
         )
     if step < 1.0 / FASTEST:
-        return f"{where}: a sample every {step:g} s is beyond any sensor; set time_scale to the seconds in a unit"
+        return (
+            f"{where}: a sample every {step:g} s is beyond any sensor; set time_scale in the --mapping file to the"
+            " seconds in a unit"
+        )
     return None
 
 

@@ -14,6 +14,7 @@ from acf_jax.recording.series import Array, Nanoseconds, Series
 from acf_jax.recording.velocity import Estimate
 
 LEAST_BEFORE = 40  # samples of the approach in a trace
+UNSURE = 0.2  # relative standard deviation of a velocity that nothing can be learnt from
 _COMMANDED = 5e-4  # relative; no measured repeats agree better
 
 
@@ -70,6 +71,10 @@ def remarks(cut: Cut, typical_rise: float) -> list[str]:
         found.append(f"rises by {cut.contact.rise:.3g} N only")
     if cut.velocity.value <= 0.0:
         found.append("the robot does not approach")
+    elif cut.velocity.std > UNSURE * cut.velocity.value:
+        found.append(
+            f"the velocity of {cut.velocity.value:.3g} m/s is uncertain by {cut.velocity.std:.2g} m/s"
+        )
     return found
 
 

@@ -139,7 +139,10 @@ class Table:
         return np.rint(np.where(known, time, 0.0)).astype(np.int64), known
 
     def _unit_fault(self) -> str:
-        return "holds times beyond a century; state the seconds in its unit by time_scale (1.0e-9 for ns)"
+        return (
+            "holds times beyond a century; state the seconds in its unit in the --mapping file"
+            " (time_scale: 1.0e-9 for ns)"
+        )
 
     def _numbers(self, values: NDArray[np.generic], name: str) -> Array:
         if values.dtype.kind not in "fiub" or values.ndim != 1:

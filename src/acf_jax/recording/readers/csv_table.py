@@ -1,11 +1,13 @@
 """CSV text with a header: commas, semicolons or tabs, decimal commas where they cannot be separators."""
 
 import csv
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from acf_jax.dataset.table import shown
 from acf_jax.errors import InputError
@@ -18,6 +20,8 @@ SUFFIXES = (".csv", ".tsv", ".txt")
 ROWS = 50_000  # of a chunk
 LONGEST = 1_000_000  # characters of a line
 SHOWN = 8  # faults shown
+_DAY = re.compile(r"\s*\d{4}-\d\d-\d\d")
+_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d{1,9})?)?Z?")
 
 _FAULTS = (OSError, csv.Error, UnicodeDecodeError)
 _REMEDY = "save it as UTF-8 text with separated cells"
@@ -97,21 +101,38 @@ def _columns(
     faults: list[str],
 ) -> Chunk:
     """Columns of numbers, NaN for blank cells; `InputError` with `faults` and the first cells that are neither."""
-    result = {}
+    result: dict[str, NDArray[np.generic]] = {}
+    wrong: dict[int, list[str]] = {}
     for name, column in zip(wanted, zip(*cells, strict=True) if cells else [()] * len(wanted), strict=True):
         if separator != ",":
             column = tuple(cell.replace(",", ".") for cell in column)
         try:
-            result[name] = np.array([float(cell.strip() or "nan") for cell in column])
+            result[name] = _values(column)
         except ValueError:
-            wrong = [i for i, cell in enumerate(column) if cell.strip() and not _is_number(cell)]
-            faults += [
-                f"{path} row {numbers[i]}: {name} is {shown(column[i])}, not a number; correct the cell"
-                for i in wrong[:SHOWN]
-            ]
+            if _DAY.match(column[0]):
+                remedy = "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds"
+                faults.append(
+                    f"{path} row {numbers[0]}: {name} is {shown(column[0])}, and not all dates are understood; {remedy}"
+                )
+                continue
+            for i, cell in enumerate(column):
+                if cell.strip() and not _is_number(cell):
+                    wrong.setdefault(i, []).append(f"{name} is {shown(cell)}")
+    for i, found in sorted(wrong.items())[:SHOWN]:
+        remedy = "remove the row if it names units" if len(found) == len(wanted) > 1 else "correct the cell"
+        faults.append(f"{path} row {numbers[i]}: {', '.join(found)}, not a number; {remedy}")
     if faults:
         raise InputError(faults[:SHOWN])
     return result
+
+
+def _values(cells: Sequence[str]) -> NDArray[np.generic]:
+    """Numbers, or dates (ISO 8601, UTC) where the first cell is one; `ValueError` where a cell is neither."""
+    if cells and _DAY.match(cells[0]):
+        if not all(_DATE.fullmatch(cell.strip()) for cell in cells if cell.strip()):
+            raise ValueError("no date in UTC")
+        return np.array([cell.strip().removesuffix("Z") or "NaT" for cell in cells], "datetime64[ns]")
+    return np.array([float(cell.strip() or "nan") for cell in cells])
 
 
 def _is_number(text: str) -> bool:

@@ -4,6 +4,7 @@ import re
 import struct
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,9 @@ NUMBER = {f"std_msgs/msg/{name}": "data" for name in ("Float64", "Float32", "Int
 PLACES = FORCE | VELOCITY | POSITION | NUMBER
 PRETENSION_NAMES = ("pretension", "preload")
 JOINTS = "sensor_msgs/msg/JointState"
+# Messages of many transforms, one of which a field names by its child frame; the rest of the field is within that.
+TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+_FRAME = re.compile(r"transforms\[([^\[\]]+)\](?:\.(.+))?")
 
 _REMEDY = {
     ".mcap": "if it was not closed, `mcap recover` repairs it",
@@ -116,7 +120,8 @@ class Bag:
 
     def is_position(self, source: Source) -> bool:
         """Whether a topic is a pose, or a field of it a position."""
-        return self.topics.get(source.name) in POSITION or "position" in re.split(r"\W", self._place(source))
+        words = re.split(r"\W", self._place(source))
+        return self.topics.get(source.name) in (*POSITION, *TRANSFORMS) or "position" in words
 
     def described(self, source: Source) -> str:
         """Topic and field."""
@@ -127,25 +132,39 @@ class Bag:
         faults = [fault for source in sources.values() if (fault := self._missing(source))]
         if faults:
             raise InputError(faults)
-        wanted: dict[str, list[tuple[str, Callable[[Any], float]]]] = {}
+        wanted: dict[str, list[tuple[str, str | None, Callable[[Any], float]]]] = {}
         for key, source in sources.items():
-            get = getter(self._place(source), f"{self.path} topic {source.name}")
-            wanted.setdefault(source.name, []).append((key, get))
+            frame, place = self._frame(source)
+            get = getter(place, f"{self.path} topic {source.name}")
+            wanted.setdefault(source.name, []).append((key, frame, get))
         grown = {key: Growing() for key in sources}
+        frames: set[str] = set()
         for topic in wanted:
             self._learn(topic)
         total = sum(self.counts.get(topic, 0) for topic in wanted)
         for done, (topic, received, message) in enumerate(self._messages(set(wanted))):
-            stamp = _stamp(message)
-            for key, get in wanted[topic]:
-                samples = grown[key]
-                samples.value.append(get(message))
-                samples.time.append(received if stamp is None else stamp)
-                if stamp is not None:
-                    samples.received.append(received)
+            for key, frame, get in wanted[topic]:
+                for part in [message] if frame is None else _of_frame(message, frame, frames):
+                    stamp, samples = _stamp(part), grown[key]
+                    samples.value.append(get(part))
+                    samples.time.append(received if stamp is None else stamp)
+                    if stamp is not None:
+                        samples.received.append(received)
             if done % 10_000 == 0:
                 progress(done, total)
-        return {key: samples.done() for key, samples in grown.items()}
+        for topic, parts in wanted.items():
+            for key, frame, _ in parts:
+                if frame is not None and not grown[key].value:
+                    what = f"has no child frame {shown(frame)}; name one of {some(sorted(frames))}"
+                    raise InputError(f"{self.path} topic {topic}: {what}")
+        return {key: self._noted(samples.done(), sources[key]) for key, samples in grown.items()}
+
+    def _noted(self, series: Series, source: Source) -> Series:
+        """With a word on joints, whose unit depends on their kind."""
+        if self.topics[source.name] != JOINTS or "effort" in self._place(source):
+            return series
+        note = f"{self.described(source)}: a joint's, taken as m or m/s; of a joint that turns it is rad or rad/s"
+        return replace(series, notes=(*series.notes, note))
 
     def _messages(self, topics: set[str]) -> Iterator[tuple[str, int, Any]]:
         connections = [c for c in self.reader.connections if c.topic in topics]
@@ -185,6 +204,18 @@ class Bag:
             return source.field
         return usual if usual == "data" or self.topics.get(source.name) == JOINTS else f"{usual}.z"
 
+    def _frame(self, source: Source) -> tuple[str | None, str]:
+        """The child frame of a topic of transforms, and the path of the value in the message or the transform."""
+        place = self._place(source)
+        if self.topics[source.name] not in TRANSFORMS:
+            return None, place
+        if found := _FRAME.fullmatch(place):
+            return found[1], found[2] or "transform.translation.z"
+        raise InputError(
+            f"{self.path} topic {source.name}: holds transforms of many frames; name one by its child frame, as in "
+            f"{source.name}:transforms[tool0].transform.translation.z"
+        )
+
     def _missing(self, source: Source) -> str | None:
         if source.time is not None:
             return f"{self.path} topic {source.name}: a topic has no time column; remove 'time'"
@@ -194,6 +225,13 @@ class Bag:
         if not self.counts.get(source.name):
             return f"{self.path} topic {source.name}: holds no messages; name another topic, or record again"
         return None
+
+
+def _of_frame(message: Any, frame: str, seen: set[str]) -> list[Any]:
+    """The transforms of a child frame; the others' names are added to `seen`."""
+    named = [(str(transform.child_frame_id).lstrip("/"), transform) for transform in message.transforms]
+    seen.update(name for name, _ in named)
+    return [transform for name, transform in named if name == frame.lstrip("/")]
 
 
 def _stamp(message: Any) -> int | None:
