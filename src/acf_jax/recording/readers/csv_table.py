@@ -2,16 +2,18 @@
 
 import csv
 import re
+from collections import deque
 from collections.abc import Iterator, Sequence
+from itertools import chain, islice
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from acf_jax.dataset.table import shown
 from acf_jax.errors import InputError
-from acf_jax.recording.readers._guard import border, within
+from acf_jax.recording.readers._guard import border
 from acf_jax.recording.readers._table import Chunk, Table
 from acf_jax.recording.series import Channel, Progress
 
@@ -23,6 +25,10 @@ SHOWN = 8  # faults shown
 _DAY = re.compile(r"\s*\d{4}-\d\d-\d\d")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d{1,9})?)?Z?")
 
+if TYPE_CHECKING:
+    from _csv import Reader as Rows
+
+T = TypeVar("T")
 _FAULTS = (OSError, csv.Error, UnicodeDecodeError)
 _REMEDY = "save it as UTF-8 text with separated cells"
 
@@ -67,29 +73,66 @@ def _header(file: TextIO) -> tuple[int, str]:
 def _chunks(
     path: Path, skipped: int, separator: str, names: list[str], wanted: Sequence[str], progress: Progress
 ) -> Iterator[Chunk]:
+    """Lines of nothing but numbers by NumPy's parser; from the first other line on cell by cell."""
     places = [names.index(name) for name in wanted]
     with path.open(encoding="utf-8-sig", newline="") as file:
-        for _ in range(skipped + 1):
-            file.readline(LONGEST)
         lines = iter(lambda: file.readline(LONGEST), "")
-        rows = csv.reader(lines, delimiter=separator, strict=True)
+        deque(islice(lines, skipped + 1), maxlen=0)
+        done = skipped + 1
+        while block := _next(lines, path):
+            if (cells := _plain(block, separator, len(names), places)) is None:
+                break
+            yield dict(zip(wanted, cells.T, strict=True))
+            done += len(block)
+            progress(done, 0)
+        rows = csv.reader(chain(block, lines), delimiter=separator, strict=True)
+        yield from _by_cell(path, done, separator, names, wanted, rows, progress)
+
+
+def _next(items: Iterator[T], path: Path) -> list[T]:
+    """The items of the next chunk."""
+    with border(path, _FAULTS, _REMEDY):
+        return list(islice(items, ROWS))
+
+
+def _plain(lines: list[str], separator: str, cells: int, places: list[int]) -> np.ndarray | None:
+    """The wanted cells (lines, places), or None where a line needs a closer look."""
+    if any(line.count(separator) != cells - 1 or '"' in line for line in lines):
+        return None
+    if separator != ",":
+        lines = [line.replace(",", ".") for line in lines]
+    try:
+        return np.loadtxt(lines, delimiter=separator, usecols=places, comments=None, ndmin=2)
+    except ValueError:
+        return None
+
+
+def _by_cell(
+    path: Path,
+    before: int,
+    separator: str,
+    names: list[str],
+    wanted: Sequence[str],
+    rows: "Rows",
+    progress: Progress,
+) -> Iterator[Chunk]:
+    """Chunks of `rows`, before which `before` lines stand; blank rows and cells are allowed."""
+    places = [names.index(name) for name in wanted]
+    numbered = ((before + rows.line_num, row) for row in rows)
+    while chunk := _next(numbered, path):
         faults: list[str] = []
-        cells: list[list[str]] = []
-        numbers: list[int] = []
-        for row in within(rows, path, _FAULTS, _REMEDY):
+        cells, numbers = [], []
+        for number, row in chunk:
             if not any(row):
                 continue
-            numbers.append(skipped + 1 + rows.line_num)
             if len(row) < len(names) or any(cell.strip() for cell in row[len(names) :]):
                 what = f"has {len(row)} cells, not {len(names)}; correct the row, the file may be cut off"
-                faults.append(f"{path} row {numbers[-1]}: {what}")
+                faults.append(f"{path} row {number}: {what}")
                 row += [""] * len(names)
             cells.append([row[place] for place in places])
-            if len(cells) == ROWS or len(faults) == SHOWN:
-                yield _columns(path, wanted, separator, numbers, cells, faults)
-                progress(rows.line_num, 0)
-                cells, numbers = [], []
+            numbers.append(number)
         yield _columns(path, wanted, separator, numbers, cells, faults)
+        progress(chunk[-1][0], 0)
 
 
 def _columns(
