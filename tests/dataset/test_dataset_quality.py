@@ -7,7 +7,7 @@ import pytest
 from impacts import CONDITIONS, K_C, K_F, M, contact_force, made_up, sampled, with_force, with_trial
 
 from acf_jax.dataset import Measurement, Trace, assess, assess_dataset
-from acf_jax.dataset.noise import difference_noise, fit_noise, look_at_approach, quantisation_step
+from acf_jax.dataset.noise import Noise, difference_noise, fit_noise, look_at_approach, quantisation_step
 from acf_jax.dataset.phase import find_impact, moving_mean
 
 IMPACT_TIME = float(np.pi * np.sqrt(M / (K_F + K_C)))
@@ -322,3 +322,22 @@ def test_a_fault_that_all_trials_of_a_condition_share_is_the_rig():
     assert any("all trials of one condition look faulty" in warning for warning in quality.warnings)
     alone = tuple(spiked(t) if i == group[0] else t for i, t in enumerate(dataset.trials))
     assert len(assess_dataset(replace(dataset, trials=alone)).excluded) == 1
+
+
+def test_a_stated_size_makes_the_colour_better_known() -> None:
+    """Whitened by what was found, true noise has a chi-square of one a sample, nearer to it with the size stated."""
+    time = np.arange(400) / 8000.0
+    truth = Noise(0.7, 0.999, 3e-4).covariance(time)
+
+    def excess(stated: float | None, seed: int) -> float:
+        found = fit_noise(traces(16, seed, std=0.7, share=0.999, tau=3e-4, rate=8000.0), stated)
+        assumed = replace(found, std=0.7).covariance(time)
+        return float(np.trace(np.linalg.solve(assumed, truth)) / time.size - 1.0)
+
+    free, held = (np.array([excess(stated, seed) for seed in range(12)]) for stated in (None, 0.7))
+    assert np.sqrt((held**2).mean()) < 0.75 * np.sqrt((free**2).mean())
+
+
+def test_a_stated_size_that_the_samples_contradict_is_not_held() -> None:
+    noise = fit_noise(traces(20, 3, std=1.0, share=0.999, tau=3e-4), 0.3)
+    assert noise.std > 0.7

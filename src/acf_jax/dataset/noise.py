@@ -10,6 +10,7 @@ from acf_jax.dataset.trials import Array, Trace
 
 _LONGEST = 200  # samples of one approach that enter the fit; more would only cost time
 _COLOURED = 12.0  # twice the gain in log likelihood that colour must bring: under 1 % false alarms
+_CONTRADICTS = 8.0  # the same by which samples contradict a stated standard deviation: 0.5 % false alarms
 
 
 @dataclass(frozen=True)
@@ -85,11 +86,12 @@ def look_at_approach(trace: Trace) -> Approach | None:
     return Approach(n, std, offset, std / n**0.5, drift, std / spread**0.5, lag_one)
 
 
-def fit_noise(traces: Sequence[Trace]) -> Noise | None:
+def fit_noise(traces: Sequence[Trace], stated: float | None = None) -> Noise | None:
     """Maximum likelihood noise of all approaches together; None with fewer than ten samples.
 
     White unless the correlated part earns its two parameters. An offset of its own in each trial reads
-    as a correlation time longer than the approach.
+    as a correlation time longer than the approach. A standard deviation that is `stated` (N) and that these samples
+    do not contradict is held: of correlated samples it is poorly known, and an error in it goes into the correlation.
     """
     groups = _group([approach_samples(trace) for trace in traces])
     count = sum(force.size for force, _ in groups)
@@ -101,18 +103,26 @@ def fit_noise(traces: Sequence[Trace]) -> Noise | None:
     step = min(step for _, step in groups)
     window = max(step * force.shape[1] for force, step in groups)
     starts = [(share, tau) for share in (0.1, 0.3, 0.6, 0.95) for tau in np.geomspace(step, 2 * window, 7)]
-    share, tau = min(starts, key=lambda start: _fit(groups, *start)[0])
 
-    def loss(x: Array) -> float:
+    def coloured(held: float | None) -> tuple[float, float, float]:
+        """Loss, share and correlation time."""
+        share, tau = min(starts, key=lambda start: _fit(groups, start[0], start[1], held)[0])
+        start = [np.log(share / (1 - share)), np.log(tau)]
+        best = minimize(lambda x: _fit(groups, at(x)[0], at(x)[1], held)[0], start, method="Nelder-Mead")
+        return float(best.fun), *at(best.x)
+
+    def at(x: Array) -> tuple[float, float]:
         tau = float(np.exp(np.clip(x[1], np.log(0.2 * step), np.log(10.0 * window))))
-        return _fit(groups, 0.999 / (1.0 + float(np.exp(-np.clip(x[0], -9, 9)))), tau)[0]
+        return 0.999 / (1.0 + float(np.exp(-np.clip(x[0], -9, 9)))), tau
 
-    best = minimize(loss, [np.log(share / (1 - share)), np.log(tau)], method="Nelder-Mead")
-    if 2.0 * (white - best.fun) < _COLOURED:
+    loss, share, tau = coloured(None)
+    if 2.0 * (white - loss) < _COLOURED:
         return Noise(std, offset=mean, samples=count)
-    share = 0.999 / (1.0 + float(np.exp(-np.clip(best.x[0], -9, 9))))
-    tau = float(np.exp(np.clip(best.x[1], np.log(0.2 * step), np.log(10.0 * window))))
     _, mean, std = _fit(groups, share, tau)
+    if stated:
+        loss_held, *held = coloured(stated)
+        if 2.0 * (loss_held - loss) < _CONTRADICTS:
+            (share, tau), std = held, stated
     return Noise(std, share, tau, mean, count)
 
 
@@ -159,8 +169,10 @@ def _group(traces: Sequence[Trace]) -> list[tuple[Array, float]]:
     return [(np.stack(forces), step) for (_, step), forces in groups.items()]
 
 
-def _fit(groups: list[tuple[Array, float]], share: float, tau: float) -> tuple[float, float, float]:
-    """Negative log likelihood, mean and std (both profiled out) at one correlation."""
+def _fit(
+    groups: list[tuple[Array, float]], share: float, tau: float, std: float | None = None
+) -> tuple[float, float, float]:
+    """Negative log likelihood, mean and std at one correlation; both profiled out, std only where it is not given."""
     whitened, count, logdet = [], 0, 0.0
     for force, step in groups:
         time = step * np.arange(force.shape[1], dtype=float)
@@ -172,4 +184,5 @@ def _fit(groups: list[tuple[Array, float]], share: float, tau: float) -> tuple[f
     weight = sum(z.shape[0] * float(one @ one) for z, one in whitened)
     mean = sum(float((z @ one).sum()) for z, one in whitened) / weight
     variance = sum(float(((z - mean * one) ** 2).sum()) for z, one in whitened) / (count - 1)
-    return 0.5 * (count * float(np.log(max(variance, 1e-300))) + logdet), mean, variance**0.5
+    spread = max(variance, 1e-300) if std is None else std**2
+    return 0.5 * (count * (float(np.log(spread)) + variance / spread) + logdet), mean, spread**0.5

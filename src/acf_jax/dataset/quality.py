@@ -90,7 +90,7 @@ def assess_dataset(dataset: GapDataset) -> Quality:
         together[i] = replace(alone[i], trigger_offset=offset, faults=faults)
     excluded, shared = _exclude(together, dataset.conditions.values())
     sound = [t.trace for t in dataset.trials if t.trace and t.name not in excluded]
-    estimate = fit_noise(sound) or difference_noise(sound)
+    estimate = fit_noise(sound, stated) or difference_noise(sound)
     noise = _choose_noise(dataset, estimate)
     warnings = shared + _noise_warnings(dataset, noise, estimate) + _trial_warnings(together, excluded, noise)
     return Quality(noise, tuple(together), excluded, tuple(warnings))
