@@ -12,6 +12,7 @@ from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation, classes, starts
 from acf_jax.effects import library
 
+LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
 
@@ -24,21 +25,26 @@ def fit_nominal(observations: Observations) -> Fit:
 def fit_single(ground: Ground, name: str) -> Fit:
     """One effect or port added to the paper's model, whose fit is the `ground`: the best of its starts.
 
-    Besides the effect's own starts, which begin at the rig's prior, one begins at the recalibrated model with the
-    strength that explains most of what it leaves: a weak effect is a small step from there. A port begins there too, so
-    that it never explains less than the paper's model.
+    An effect's own starts begin at the rig's prior, and one more at the recalibrated model with the strength that
+    explains most of what it leaves. Where it leaves little, the answer is a small step from it: there all starts begin
+    at the recalibrated model, and only the strongest at the prior, too. A port always begins at the recalibrated model
+    as well, so that it never explains less than that.
     """
     observations, nominal = ground.observations, ground.fitted
-    prior = observations.prior.values
-    fits = [fit(observations, (name,), np.concatenate([prior, start, [0.0]])) for start in starts(name)]
+    begins = starts(name)
+    near = begins if 2 * nominal.objective < LITTLE * observations.n_used else []
+    far = begins[-1:] if near else begins
     if name in library():
-        gain, start = ground.promise(name)
+        gain, promised = ground.promise(name)
+        near = [*near, promised.tolist()] if gain > HINT else near
     else:
-        gain, start = np.inf, np.array(starts(name)[0])
-    if gain > HINT:
-        theta = np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]])
-        fits.append(fit(observations, (name,), theta, nominal.own, warm=True))
-    return best(fits)
+        near = begins[:1]
+    at_prior = [np.concatenate([observations.prior.values, start, [0.0]]) for start in far]
+    at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]]) for start in near]
+    return best(
+        [fit(observations, (name,), theta) for theta in at_prior]
+        + [fit(observations, (name,), theta, nominal.own, warm=True) for theta in at_nominal]
+    )
 
 
 def fit_more(
