@@ -29,15 +29,15 @@ class Weights:
     What the rig's own parameters had to leave their priors counts under a Student prior with heavy tails.
     """
 
-    nu: float = 16.0  # how many independent pieces a misfit of form has
-    nu_noise: float = 17.0  # the same for noise that is not as it is said to be
-    rho_squared: float = 0.03  # the share of the gap that a wrong form leaves
-    effect: float = 5.9  # cost of one effect, in log probability
-    second: float = 6.5  # cost of each further one
-    port: float = 11.7  # cost of the free discrepancy at a port
-    nameless: float = 17.0  # cost of a cause that neither the library nor the ports can imitate
-    freedom: float = 27.0  # degrees of freedom of the Student prior of the rig's parameters
-    margin: float = 0.03  # by which the chi-square of a sample may exceed 1: noise is not known exactly
+    nu: float = 12.0  # how many independent pieces a misfit of form has
+    nu_noise: float = 18.0  # the same for noise that is not as it is said to be
+    rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
+    effect: float = 5.4  # cost of one effect, in log probability
+    second: float = 4.8  # cost of each further one
+    port: float = 10.5  # cost of the free discrepancy at a port
+    nameless: float = 12.4  # cost of a cause that neither the library nor the ports can imitate
+    freedom: float = 9.0  # degrees of freedom of the Student prior of the rig's parameters
+    margin: float = 0.08  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
 
 WEIGHTS = Weights()
