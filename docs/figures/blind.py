@@ -69,7 +69,7 @@ def draw_accuracy(axes: Axes, score: dict[str, Any]) -> None:
     labels = [f"{b['from']:g}–{b['to']:g}" if b["to"] else f"> {b['from']:g}" for b in bins]
     axes.set_xticks(x, [f"{name}\nn = {b['first']['n']}" for name, b in zip(labels, bins, strict=True)])
     axes.set(xlabel="whitened distance of the effect", ylabel="share of data sets", ylim=(0, 1.04))
-    axes.legend(loc="lower right", frameon=False)
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.02), borderaxespad=0, frameon=False)
 
 
 def draw_reliability(axes: Axes, score: dict[str, Any]) -> None:
