@@ -16,6 +16,7 @@ Nanoseconds = NDArray[np.int64]
 Progress = Callable[[int, int], None]
 
 _LARGEST = 1e12  # of a force, a speed or a position; what is beyond was never measured
+_JITTER = 30.0  # usual steps that time goes back at most where stamps jitter
 _DISORDER = 0.01  # share of samples that may be out of order or not a number before a signal is refused
 
 
@@ -85,10 +86,13 @@ def in_order(series: Series, where: str) -> Series:
         return series
     late = int(np.count_nonzero(steps < 0))
     if late > _DISORDER * n:
-        raise InputError(
-            f"{where}: time steps back {late} times in {n} samples; the clock was reset or the recordings are"
-            " strung together: cut the recording there"
+        jitters = late < 0.5 * n and -steps.min() < _JITTER * np.median(np.abs(steps))
+        why = (
+            "its stamps jitter: name the times at which it was recorded"
+            if jitters
+            else "the clock was reset or the recordings are strung together: cut the recording there"
         )
+        raise InputError(f"{where}: time steps back {late} times in {n} samples; {why}")
     order = np.argsort(series.time, kind="stable")
     order = order[np.diff(series.time[order], prepend=series.time[order[0]] - 1) > 0]
     gone = series.time.size - order.size
