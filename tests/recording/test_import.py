@@ -153,6 +153,18 @@ def test_a_clock_that_was_never_set(tmp_path):
     assert impacts.session.force.time[0] == pytest.approx(BEGIN, abs=200_000)
 
 
+def test_a_clock_that_is_a_little_ahead(tmp_path):
+    """Noted and mended, unless the user says what it is."""
+    few = made(7, FEW[:3], rate=1000.0)
+    path = write_bag(tmp_path / "log", few, "mcap", robot_clock=0.05)
+    mended = read_session(path, Mapping())
+    assert np.abs(mended.speed.time - BEGIN - few.beats).max() < 30_000
+    assert "0.05 s ahead of that of the force" in mended.notes[-1]
+    stated = {"name": "/robot/state", "field": "twist.linear.z", "clock_offset_s": 0.0}
+    kept = read_session(path, Mapping.model_validate({"velocity": stated}))
+    assert np.array_equal(kept.speed.time, BEGIN + few.beats + 50_000_000)
+
+
 def run(*arguments: object):
     return CliRunner().invoke(commands, ["import", *map(str, arguments)], prog_name="python -m acf_jax")
 

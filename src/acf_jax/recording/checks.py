@@ -51,7 +51,8 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
         )
     elif middle < -1e-4:
         faults.append(
-            f"{where}: the robot moves at {middle:.4g} m/s before contact, away from the part; put -1* before its name"
+            f"{where}: the robot moves at {middle:.4g} m/s before contact, away from the part; put -1* before its name,"
+            " or state clock_offset_s if its clock is another"
         )
     elif middle > units.VELOCITY.high:
         unit = "mm" if session.is_position else "mm/s"

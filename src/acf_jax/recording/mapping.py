@@ -27,7 +27,9 @@ class Source(_Part):
     )
     scale: float = Field(default=1.0, description="to SI units, positive in contact or when approaching")
     time: str | None = Field(default=None, description="the column of its own times, in a table")
-    clock_offset_s: float = Field(default=0.0, description="s, added to its times")
+    clock_offset_s: float = Field(
+        default=0.0, description="s, added to its times; the clocks are then not compared"
+    )
 
     def __str__(self) -> str:
         return f"{self.name}:{self.field}" if self.field else self.name

@@ -53,7 +53,8 @@ def read_session(path: Path, mapping: Mapping, progress: Progress = lambda done,
         raise InputError(faults)
     force = ready["force"]
     for role in ready.keys() - {"force"}:
-        ready[role] = to_clock_of(ready[role], force, labels[role])
+        if "clock_offset_s" not in chosen.sources[role].model_fields_set:  # a stated offset counts
+            ready[role] = to_clock_of(ready[role], force, labels[role])
     notes = [*chosen.notes, *(note for series in ready.values() for note in series.notes)]
     return Session(
         path=path,
