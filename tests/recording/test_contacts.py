@@ -115,6 +115,8 @@ def test_velocity_of_held_values():
 def test_conditions_are_those_of_their_repeats():
     values = [Estimate(v, 2e-4) for v in (0.0501, 0.2003, 0.0498, 0.1995, 0.35, 0.0500)]
     assert group(values).tolist() == [0.04997, 0.1999, 0.04997, 0.1999, 0.35, 0.04997]
+    chain = [Estimate(v, 0.01) for v in np.arange(0.05, 0.2, 0.01)]
+    assert np.unique(group(chain)).size > 2  # each agrees with the next, the first not with the last
 
 
 SHAPES = {

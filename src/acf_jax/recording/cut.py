@@ -8,13 +8,17 @@ import numpy as np
 from acf_jax.dataset.noise import approach_samples
 from acf_jax.dataset.phase import find_impact
 from acf_jax.dataset.trials import Trace
-from acf_jax.recording.contacts import LEAST_APPROACH, Contact
+from acf_jax.recording.contacts import Contact
 from acf_jax.recording.mapping import Contacts
+from acf_jax.recording.onset import LEAST_APPROACH
 from acf_jax.recording.series import Array, Nanoseconds, Series
 from acf_jax.recording.velocity import Estimate
 
 LEAST_BEFORE = 40  # samples of the approach in a trace
 UNSURE = 0.2  # relative standard deviation of a velocity that nothing can be learnt from
+GAP = 3.0  # sampling intervals between two samples: some are missing
+_FALLEN = 0.5  # of its rise that is gone after a contact at the latest
+_WIDEST = 3.0  # least gaps, from the smallest to the largest value of a condition
 _COMMANDED = 5e-4  # relative; no measured repeats agree better
 
 
@@ -61,14 +65,25 @@ def impact_peak(cut: Cut, impact_time: float, tared: bool) -> float | None:
     return phase.peak_force if phase else None
 
 
-def remarks(cut: Cut, typical_rise: float) -> list[str]:
-    """Why a contact may not be what it seems. `typical_rise`: of the recording's contacts, N."""
+def remarks(cut: Cut, typical_rise: float, step: float) -> list[str]:
+    """Why a contact may not be what it seems.
+
+    **Arguments:** `typical_rise`: of the recording's contacts, N. `step`: sampling interval, s.
+    """
     found = []
+    steps = np.diff(cut.time)
+    if steps.size and steps.max() > GAP * 1e9 * step:
+        worst = int(np.argmax(steps))
+        found.append(
+            f"samples are missing for {1e-6 * steps[worst]:.3g} ms, from {1e-6 * cut.time[worst]:.3g} ms after contact"
+        )
     before = approach_samples(cut.trace).time.size
     if before < LEAST_APPROACH - 4:
         found.append(f"only {before} samples before contact")
     if cut.contact.rise < 0.2 * typical_rise:
         found.append(f"rises by {cut.contact.rise:.3g} N only")
+    if cut.contact.stays > _FALLEN * cut.contact.rise:
+        found.append(f"the force stays {cut.contact.stays:.3g} N higher after it, a step of the sensor")
     if cut.velocity.value <= 0.0:
         found.append("the robot does not approach")
     elif cut.velocity.std > UNSURE * cut.velocity.value:
@@ -81,17 +96,25 @@ def remarks(cut: Cut, typical_rise: float) -> list[str]:
 def group(values: Sequence[Estimate], least: float = 0.02) -> Array:
     """For each value the mean of those that are the same within their scatter, rounded to four digits.
 
-    Sorted values belong together until a gap exceeds three standard deviations of a difference, and `least` of
-    the value. A trial's condition has to be that of its repeats: the diagnosis is checked on whole conditions.
+    Sorted values belong together until one is further than three standard deviations of a difference, and `least` of
+    the value, from the one before, or `_WIDEST` times that from the first: neighbours that agree do not make a chain.
+    A trial's condition has to be that of its repeats: the diagnosis is checked on whole conditions.
     """
-    mean = np.array([v.value for v in values])
-    std = np.array([v.std for v in values])
-    order = np.argsort(mean, kind="stable")
-    gap = np.diff(mean[order])
-    apart = gap > np.maximum(3.0 * np.hypot(std[order][1:], std[order][:-1]), least * np.abs(mean[order][1:]))
-    member = np.empty(mean.size, np.intp)
-    member[order] = np.r_[0, np.cumsum(apart)] if mean.size else order
-    return np.array([float(f"{mean[member == m].mean():.4g}") + 0.0 for m in member])
+
+    def agree(i: int, j: int, wide: float) -> bool:
+        scatter = 3.0 * float(np.hypot(values[i].std, values[j].std))
+        return values[i].value - values[j].value <= max(scatter, wide * least * abs(values[i].value))
+
+    groups: list[list[int]] = []
+    for i in sorted(range(len(values)), key=lambda i: values[i].value):
+        if groups and agree(i, groups[-1][-1], 1.0) and agree(i, groups[-1][0], _WIDEST):
+            groups[-1].append(i)
+        else:
+            groups.append([i])
+    means = np.empty(len(values))
+    for members in groups:
+        means[members] = float(f"{np.mean([values[i].value for i in members]):.4g}") + 0.0
+    return means
 
 
 def spread(values: Sequence[Estimate], groups: Array) -> float | None:

@@ -9,15 +9,16 @@ from acf_jax.dataset import units
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.errors import InputError
 from acf_jax.recording.checks import condition_faults, force_unit_fault, interval_fault
-from acf_jax.recording.contacts import Contact, Level, contact_at, find_contacts, sampling_interval
-from acf_jax.recording.cut import Cut, cut_trace, group, impact_peak, remarks, spread
+from acf_jax.recording.contacts import Contact, contact_at, find_contacts, sampling_interval
+from acf_jax.recording.cut import GAP, Cut, group, spread
+from acf_jax.recording.level import BLOCK, Level
 from acf_jax.recording.mapping import Contacts
+from acf_jax.recording.measure import first_impacts, measured, weighed
 from acf_jax.recording.review import Entry
 from acf_jax.recording.session import Session
-from acf_jax.recording.velocity import Estimate, pretension_at, velocity_at
 
-UNKNOWN = Estimate(float("nan"), float("nan"))
 LEAST = 3  # trials of a data set
+_SCATTER = 0.05  # relative, of repeats, that a robot does not have
 _SAME = 2  # ns within which a reviewed time is the one found
 
 
@@ -49,12 +50,17 @@ def find_impacts(
     if fault := interval_fault(session, known.impact_time):
         raise InputError(fault)
     where = f"{session.path} {session.labels['force']}"
-    level, found = find_contacts(session.force, options, where)
+    level, rises = find_contacts(session.force, options, where)
+    found = first_impacts(session, rises, known.impact_time)
     named = [(f"t{i:03d}", contact, None) for i, contact in enumerate(found)]
     chosen = named if review is None else _reviewed(session, found, review)
-    cuts = _measured(session, chosen, options, known.impact_time)
+    cuts = measured(session, chosen, options, known.impact_time)
     if faults := condition_faults(session, [c for c in cuts if c.keep] or cuts):
         raise InputError(faults)
+    usable = [cut for cut in cuts if cut.keep]
+    if len(usable) >= LEAST and (fault := force_unit_fault(session, usable, known)):
+        raise InputError(fault)
+    cuts = weighed(cuts, review is not None, options)
     kept = [cut for cut in cuts if cut.keep]
     if len(kept) < LEAST:
         reasons = "; ".join([f"{c.trial}: {', '.join(c.remarks)}" for c in cuts if c.remarks][:5])
@@ -63,20 +69,13 @@ def find_impacts(
             f"{where}: {len(kept)} contacts of {len(cuts)} can be used{more}; a data set needs at least {LEAST}:"
             " record more"
         )
-    if fault := force_unit_fault(session, kept, known):
-        raise InputError(fault)
     velocity, pretension = [c.velocity for c in kept], [c.pretension for c in kept]
     v_e, f_p = group(velocity), group(pretension)
     conditions = iter(zip(v_e.tolist(), f_p.tolist(), strict=True))
     cuts = [replace(cut, condition=next(conditions)) if cut.keep else cut for cut in cuts]
-    return Impacts(
-        session,
-        level,
-        tuple(cuts),
-        spread(velocity, v_e),
-        spread(pretension, f_p),
-        _notes(session, kept, options),
-    )
+    scatter = spread(velocity, v_e)
+    notes = _notes(session, kept, scatter, options)
+    return Impacts(session, level, tuple(cuts), scatter, spread(pretension, f_p), notes)
 
 
 def _reviewed(
@@ -103,54 +102,36 @@ def _reviewed(
     return chosen
 
 
-def _measured(
-    session: Session,
-    chosen: Sequence[tuple[str, Contact, bool | None]],
-    options: Contacts,
-    impact_time: float,
-) -> list[Cut]:
-    """The cuts; without a user's decision those are kept of which nothing odd is known."""
-    typical = float(np.median([contact.rise for _, contact, _ in chosen]))
-    ends = [*(contact.first - 1 for _, contact, _ in chosen[1:]), session.force.time.size]
-    cuts = []
-    for (trial, contact, keep), limit in zip(chosen, ends, strict=True):
-        time, force = cut_trace(session.force, contact, max(limit, contact.first + 1), options)
-        velocity = _velocity(session, contact.begin)
-        pretension = _pretension(session, contact.begin)
-        cut = Cut(trial, True, contact, time, force, velocity or UNKNOWN, pretension or UNKNOWN)
-        why = remarks(cut, typical)
-        why += ["no speed was recorded before it"] if velocity is None else []
-        why += ["no pretension was recorded before it"] if pretension is None else []
-        peak = impact_peak(cut, impact_time, options.tare) if time.size > 3 else None
-        why += ["no impact is seen in it"] if peak is None else []
-        usable = velocity is not None and pretension is not None and time.size > 3
-        cuts.append(
-            replace(cut, keep=usable and (not why if keep is None else keep), peak=peak, remarks=tuple(why))
-        )
-    return cuts
-
-
-def _velocity(session: Session, begin: int) -> Estimate | None:
-    if isinstance(session.speed, float):
-        return Estimate(session.speed, 0.0)
-    return velocity_at(session.speed, session.is_position, begin)
-
-
-def _pretension(session: Session, begin: int) -> Estimate | None:
-    if isinstance(session.pretension, float):
-        return Estimate(session.pretension, 0.0)
-    return pretension_at(session.pretension, begin)
-
-
-def _notes(session: Session, kept: Sequence[Cut], options: Contacts) -> tuple[str, ...]:
+def _notes(
+    session: Session, kept: Sequence[Cut], scatter: float | None, options: Contacts
+) -> tuple[str, ...]:
     notes = list(session.notes)
-    offset = float(np.median([cut.contact.offset for cut in kept]))
+    offsets = np.array([cut.contact.offset for cut in kept])
     noise = float(np.median([cut.contact.noise_std for cut in kept]))
     rise = float(np.median([cut.contact.rise for cut in kept]))
-    if abs(offset) > max(3.0 * noise, 0.02 * rise) and not options.tare:
+    if np.abs(offsets).max() > (least := max(3.0 * noise, 0.02 * rise)) and not options.tare:
+        low, high = float(offsets.min()), float(offsets.max())
+        reads = f"{np.median(offsets):.3g} N" if high - low < least else f"{low:.3g} to {high:.3g} N"
         notes.append(
-            f"the force reads {offset:.3g} N before contact; contacts: {{tare: true}} in the mapping subtracts it"
+            f"the force reads {reads} before contact; contacts: {{tare: true}} in the mapping subtracts it"
         )
+    if late := [cut.trial for cut in kept if cut.contact.is_late]:
+        notes.append(f"begun after a pulse too small for an impact: {', '.join(late)}")
+    if scatter is not None and scatter > _SCATTER:
+        notes.append(f"repeats vary by {100 * scatter:.2g} % in velocity; look at its axis, and at its clock")
+    if gap := _gaps(session):
+        notes.append(gap)
     if doubtful := [cut.trial for cut in kept if cut.remarks]:
         notes.append(f"kept although doubtful: {', '.join(doubtful)}")
     return tuple(notes)
+
+
+def _gaps(session: Session) -> str | None:
+    """What is missing in the force; None where nothing is."""
+    time, limit = session.force.time, GAP * 1e9 * sampling_interval(session.force)
+    blocks = (np.diff(time[a : a + BLOCK + 1]) for a in range(0, time.size, BLOCK))
+    gaps = np.concatenate([steps[steps > limit] for steps in blocks])
+    if gaps.size == 0:
+        return None
+    where = session.labels.get("force", "force")
+    return f"{where}: samples are missing {gaps.size} times, at most for {1e-6 * gaps.max():.3g} ms"

@@ -181,8 +181,7 @@ def _notes(impacts: Impacts) -> Html:
     ]
     level = impacts.level
     taken.append(
-        f"threshold: {level.threshold:.3g} N above the {level.free:.2f} N before contact, whose noise is"
-        f" {level.noise_std:.2g} N"
+        f"threshold: {level.threshold:.3g} N above the force just before, whose noise is {level.noise_std:.2g} N"
     )
     varied = {"velocity": impacts.velocity_spread, "pretension": impacts.pretension_spread}
     taken += [f"repeats vary by {100 * v:.2g} % in {word}" for word, v in varied.items() if v is not None]
