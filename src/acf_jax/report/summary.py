@@ -46,7 +46,7 @@ def consequence(diagnosis: Diagnosis, look: Outlook) -> str:
         sensed = f", of which the sensor reads {corrected.peak_force:.0f} N"
     text = (
         f"At {v:.3g} m/s and {curves.f_p:.3g} N pretension the paper's model with nominal parameters predicts a peak of"
-        f" {limit:.0f} N at the contact; the {better} model gives {force:.0f} ± {std:.0f} N"
+        f" {limit:.0f} N at the contact; the {better} model gives {force:.0f} ± {si(std, 1)} N"
         f" ({percent(force / limit - 1, signed=True)}){sensed}. {_speed(curves, limit)}"
     )
     if d.verdict == "insufficient_data":
