@@ -42,7 +42,7 @@ def main() -> None:
     plane.clabel(lines, levels[::2], fmt="%d N", fontsize=8)
     plane.contourf(*space.axes, space.upper, [config.limit, 1e4], colors=[LIMIT], alpha=0.13)
     plane.contour(*space.axes, space.upper, [config.limit], colors=LIMIT, linewidths=2)
-    x, y = space.optimum
+    x, y = space.point
     plane.plot(x, y, "*", color=INK, markersize=14, clip_on=False, zorder=4)
     words = f"optimum: {np.floor(1e3 * x) / 1e3:.3f} m/s with {y:g} N,\npad of {found.z[3] / 1e3:g} N/mm"
     line, box = {"arrowstyle": "-", "color": "#6b7280"}, {"facecolor": "white", "edgecolor": "none", "pad": 2}

@@ -44,8 +44,10 @@ def test_speed_is_the_papers_inverse(call):
         "speed", "--model", CONFIGS / "table1_rig.yaml", "--f-p", "100", "--limit", "250", "--limit", "90"
     )
     v = np.sqrt((250**2 - 100**2) / (4 * 175561))
-    assert result.exit_code == 0 and f"{np.floor(v * 1e4) / 1e4:.4f} m/s" in result.output
+    assert result.exit_code == 1 and f"{np.floor(v * 1e4) / 1e4:.4f} m/s" in result.output
     assert "none: pressing without speed takes 100 N already" in result.output
+    kept = call("speed", "--model", CONFIGS / "table1_rig.yaml", "--f-p", "100", "--limit", "250")
+    assert kept.exit_code == 0 and kept.output.splitlines()[1].endswith("1.0000")
 
 
 def test_design_in_words_as_json_and_as_a_picture(call, tmp_path):
@@ -70,9 +72,10 @@ def test_infeasible_design_ends_with_1_and_remedies(call, tmp_path):
         f"model: {CONFIGS / 'table1_rig.yaml'}\ngoal: widest_margin\nlimit: 150\nv_e: 0.2\n"
         "f_p: {low: 80, high: 120}\n"
     )
-    result = call("design", "--config", config)
-    assert result.exit_code == 1
-    for part in ("Not feasible", "raise limit from 150", "lower v_e from 0.2", "lower k_c"):
+    plot = tmp_path / "design.html"
+    result = call("design", "--config", config, "--plot", plot)
+    assert result.exit_code == 1 and "least loaded" in plot.read_text()
+    for part in ("Not feasible", "None of 4,096", "raise limit from 150", "lower v_e from 0.2", "lower k_c"):
         assert part in result.output
     assert json.loads(call("design", "--config", config, "--json").output)["feasible"] is False
 
@@ -92,14 +95,24 @@ def test_design_lists_all_faults_at_once(call, tmp_path):
     assert ".html" in found and found.count("design.yaml") == 5
     config.write_text("model: no.yaml\ngoal: fastest\nlimit: 3\nf_p: 3\nv_e: 0.2\nrelative_std: {m: 2}\n")
     found = faults(call, "design", "--config", config)
-    assert "goal fastest needs v_e to be free" in found and "relative_std.m" in found
+    assert "goal: fastest needs v_e to be free" in found and "relative_std.m" in found and "no.yaml" in found
     config.write_text(
-        f"model: {RIG}\ngoal: fastest\nlimit: 300\nf_p: 3\nv_e: {{low: 0, high: 1}}\n"
-        "free: {mass: {low: 1, high: 2}}\n"
+        f"model: {RIG}\ngoal: fastest\nlimit: true\nf_p: -3\nv_e: {{low: 0, high: 1}}\n"
+        "free: {mass: {low: 1, high: 2}, k_c: {low: 0, high: 1e5}, v_e: {low: 0, high: x}}\n"
+        "relative_std: {q: 0.1, m: 3}\n"
     )
-    assert "free.mass: is not a parameter of the model; known are m, d, k_f, k_c" in faults(
-        call, "design", "--config", config
-    )
+    found = faults(call, "design", "--config", config)
+    for part in (
+        "limit: must be a number, but is True",
+        "f_p: input should be greater than or equal to 0, but is -3",
+        "free.mass: is not a parameter of the model; known are m, d, k_f, k_c",
+        "free.k_c: low must be above 0",
+        "free.v_e: give its range at the key v_e",
+        "free.v_e.high:",
+        "relative_std.q: is not a quantity",
+        "relative_std.m: must lie between 0 and 0.5",
+    ):
+        assert part in found
 
 
 def test_check_of_one_contact(call):

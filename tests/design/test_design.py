@@ -1,17 +1,19 @@
 """Designs against closed forms, dense grids and draws."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from acf_jax.contact.body import WALL, Body
-from acf_jax.contact.model import draw_forces
-from acf_jax.contact.peak import AbstractPeak, ContactPeak
+from acf_jax.contact.model import Variant, draw_forces, forces, spread
+from acf_jax.contact.peak import AbstractPeak, ClosedForm, ContactPeak
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.design.landscape import landscape
 from acf_jax.design.remedy import Infeasible
-from acf_jax.design.solve import Design, design
+from acf_jax.design.solve import Design, design, sensitivities
 from acf_jax.design.task import make_task, upper_forces
 from acf_jax.surrogate import load_surrogate
 from tests.corrected import gap_model
@@ -55,14 +57,14 @@ def test_no_point_of_a_dense_grid_is_better(goal: str, fixed: dict[str, float]) 
     grid = np.stack([g.ravel() for g in np.meshgrid(*axes)], axis=-1)
     z = np.tile(found.z, (len(grid), 1))
     z[:, list(found.task.free)] = grid
-    upper, _, exists = upper_forces(found.task.model, z, found.factor)
+    upper, _, exists = upper_forces(found.task.model, z, found.margin)
     allowed = z[exists & (upper <= 250.0)]
     if goal == "widest_margin":
         assert found.upper <= upper.min() * (1 + 1e-9)
     else:
         entry = {"fastest": -2, "highest_process_force": -1}[goal]
         assert allowed[:, entry].max() <= found.z[entry] * (1 + 1e-9)
-    assert found.better == 0 and found.search.worse == 0
+    assert found.search.better == 0 and found.search.reached == found.search.starts
 
 
 class Valley(AbstractPeak):
@@ -89,7 +91,7 @@ def test_an_optimum_within_the_ranges_is_found_to_the_last_digits(goal: str) -> 
     assert found.residual is not None and found.residual < 1e-11
     if goal == "fastest":
         assert found.z[-2] == pytest.approx(np.sqrt((250**2 - 100**2) / (1e4 * RIG["m"])), rel=1e-14)
-        assert 0 <= found.slack < 1e-10 and found.search.worse == 0
+        assert 0 <= found.slack < 1e-10 and found.search.reached == found.search.starts
 
 
 def test_stated_probability_holds_among_draws_of_another_seed() -> None:
@@ -99,6 +101,51 @@ def test_stated_probability_holds_among_draws_of_another_seed() -> None:
     assert 0.9 - 0.01 <= found.probability <= 0.9 + 0.02
 
 
+STUCK = {"m": 1.9, "d": 300.0, "k_f": 5000.0, "k_c": 6e4}  # its force soon rises without a first peak
+
+
+def test_draws_without_a_peak_break_the_limit() -> None:
+    model = of_rig(STUCK, {"d": 0.3, "k_f": 0.5})
+    found = solved(model, {"v_e": (0.01, 1.0)}, {"f_p": 60.0}, "fastest", 500.0, 0.95)
+    assert not found.at_limit and found.margin.reach > 1
+    # by hand: among draws of another seed all but one in twenty have a peak there, and fewer a little beyond
+    for faster, least, most in ((1.0, 0.945, 0.965), (1.5, 0.0, 0.945)):
+        force, exists = draw_forces(model, found.z * np.r_[np.ones(4), faster, 1], WALL, 40_000, seed=99)
+        assert least <= (exists & (force <= 500)).mean() <= most
+    stuck = design(make_task(model, {"v_e": (0.5, 1.0)}, {"f_p": 60.0}, "fastest", 500.0, 0.95))
+    assert isinstance(stuck, Infeasible) and stuck.has_peak and stuck.without_peak > 0.05
+    for remedy in stuck.remedies:
+        z = stuck.z.copy()
+        z[model.names.index(remedy.name)] = remedy.needed
+        force, exists = draw_forces(model, z, WALL, 40_000, seed=99)
+        assert (exists & (force <= 500)).mean() >= 0.945
+    assert {"v_e", "d", "f_p"} <= {r.name for r in stuck.remedies}
+
+
+@pytest.mark.parametrize("more", [{}, {"k_c": (5e4, 7e4)}])
+def test_what_a_low_end_without_a_peak_hides_is_found(more: dict[str, tuple[float, float]]) -> None:
+    rig = {"m": 1.9, "d": 1000.0, "k_f": 0.0, "k_c": 6e4}
+    ranges = {"f_p": (0.0, 400.0)} | more
+    found = solved(of_rig(rig, {}), ranges, {"v_e": 0.1}, "highest_process_force", 300.0, 0.95, starts=8)
+    grid = np.tile(found.z, (801, 1))
+    grid[:, -1] = np.linspace(0, 400, 801)
+    upper, _, exists = upper_forces(found.task.model, grid, found.margin)
+    assert not exists[0] and grid[exists & (upper <= 300), -1].max() <= found.z[-1] <= 300
+    assert found.at_limit and found.search.better == 0
+
+
+def test_an_optimum_where_the_peak_ends_is_found_over_the_whole_box() -> None:
+    # the limit is far away: what holds v_e back is the peak's end, which no derivative shows
+    ranges = {"v_e": (0.01, 3.0), "f_p": (20.0, 60.0)}
+    found = solved(of_rig(STUCK | {"d": 600.0}, {}), ranges, {}, "fastest", 5000.0, 0.95, starts=1)
+    axes = np.meshgrid(*(np.linspace(low, high, 25) for low, high in ranges.values()))
+    z = np.tile(found.z, (axes[0].size, 1))
+    z[:, list(found.task.free)] = np.stack([a.ravel() for a in axes], axis=-1)
+    upper, _, exists = upper_forces(found.task.model, z, found.margin)
+    assert z[exists & (upper <= 5000), -2].max() <= found.z[-2] * (1 + 1e-3) and found.is_best
+    assert not exists.all() and found.search.again > 0
+
+
 def test_margin_is_shared_out_and_the_contact_costs_most() -> None:
     found = solved(of_rig(RIG, STD), {"v_e": (0.0, 2.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.95)
     assert sum(row.margin for row in found.sensitivities) == pytest.approx(found.upper - found.force)
@@ -106,6 +153,21 @@ def test_margin_is_shared_out_and_the_contact_costs_most() -> None:
     # sqrt(k_C m) is what the peak knows: 1 % of m and of k_C cost the same for small d and k_F
     per_percent = {row.name: row.per_percent for row in found.sensitivities}
     assert per_percent["m"] == pytest.approx(per_percent["k_c"], rel=0.01)
+
+
+def test_what_the_model_leaves_open_costs_newtons_too() -> None:
+    plain = of_rig(RIG, STD)
+    other = Variant(ClosedForm(), plain.main.theta * [1.2, 1, 1, 1], np.zeros((4, 4)), plain.main.low, 0.25)
+    model = replace(plain, others=(other,), form_error=0.02)
+    z = model.at(0.2, 70.0)
+    peak, own = spread(model, jnp.asarray(z), WALL)
+    margins = {row.name: row.margin for row in sensitivities(model, z, own, margin=10.0)}
+    assert sum(margins.values()) == pytest.approx(10.0)
+    # independently: 2 % of the force, and weights of 0.8 and 0.2 one gap apart
+    heavier, _ = forces(ClosedForm(), (z * [1.2, 1, 1, 1, 1, 1])[None], WALL)
+    gap, newtons = float(heavier[0] - peak.force), 10.0 / float(own.std) ** 2
+    assert margins["form of the model"] == pytest.approx((0.02 * float(peak.force)) ** 2 * newtons)
+    assert margins["choice of explanation"] == pytest.approx(0.8 * 0.2 * gap**2 * newtons)
 
 
 def test_infeasible_names_the_least_force_and_remedies_that_work() -> None:
@@ -154,5 +216,5 @@ def test_landscape_shows_the_limit_where_the_design_is() -> None:
     )
     space = landscape(found, points=9)
     assert space.names == ("v_e", "f_p") and space.upper.shape == (9, 9)
-    assert space.optimum == (found.z[-2], found.z[-1])
+    assert space.point == (found.z[-2], found.z[-1])
     assert (np.diff(space.upper, axis=1) > 0).all()

@@ -1,11 +1,12 @@
 """A design in words and as a document."""
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from acf_jax.design.remedy import Infeasible
-    from acf_jax.design.solve import Design
+    from acf_jax.design.solve import Design, Sensitivity
     from acf_jax.design.task import Task
 
 GOALS = {
@@ -37,14 +38,8 @@ def text(found: "Design") -> str:
         unit = model.units[model.names.index(name)]
         lines.append(f"one newton more of limit is worth {found.goal_per_newton:.2g} {unit} of {name}")
     elif task.goal != "widest_margin" and not found.at_limit:
-        lines.append("the limit is not reached within the ranges: widen them to gain more")
-    width = max(len(row.name) for row in found.sensitivities)
-    lines += ["", f"{'what costs newtons':{width}}      value  uncertain by   N per 1 %   N of margin"]
-    for row in found.sensitivities:
-        lines.append(
-            f"{row.name:{width}} {_round(row.value):>10}  {row.std:12.4g}  {row.per_percent:10.3f}  {row.margin:12.3f}"
-        )
-    lines += ["", f"search: {_search(found)}"]
+        lines.append(f"the limit is not reached: {_why_not_reached(found)}")
+    lines += ["", *_costs(found.sensitivities), "", f"search: {_search(found)}"]
     if found.residual is not None:
         slack = max(found.slack, 0.0)
         lines.append(
@@ -54,12 +49,40 @@ def text(found: "Design") -> str:
     return "\n".join(lines)
 
 
+def _why_not_reached(found: "Design") -> str:
+    task = found.task
+    assert task.coordinate is not None
+    i = task.free[task.coordinate]
+    if found.z[i] == task.high[task.coordinate]:
+        return "widen the ranges to gain more"
+    among = "in too many draws " if found.margin.reach else ""
+    return f"with a higher {task.model.names[i]} the force {among}keeps rising without a first peak"
+
+
+def _costs(rows: Sequence["Sensitivity"]) -> list[str]:
+    """The table of sensitivities."""
+    width = max(len(row.name) for row in rows)
+    lines = [f"{'what costs newtons':{width}}      value  uncertain by   N per 1 %   N of margin"]
+    for row in rows:
+        value, std, per_percent = (
+            "-" if x is None else shown(x)
+            for x, shown in (
+                (row.value, _round),
+                (row.std, "{:.4g}".format),
+                (row.per_percent, "{:.3f}".format),
+            )
+        )
+        lines.append(f"{row.name:{width}} {value:>10}  {std:>12}  {per_percent:>10}  {row.margin:12.3f}")
+    return lines
+
+
 def _search(found: "Design") -> str:
     s = found.search
-    scan = f"of {found.scanned:,} more points over the ranges, {found.better} are allowed and better"
-    if s.starts == 1:
+    scan = f"of {s.scanned:,} more points over the ranges, {s.better} are allowed and better"
+    if found.task.is_line:
         return f"the limit's first crossing, to the last digit; {scan}"
-    return f"{s.reached} of {s.starts} starts end at this goal, none at a better one; {scan}"
+    again = f", {s.again} more from better points of a scan" if s.again else ""
+    return f"{s.reached} of {s.starts} starts end at this goal{again}; {scan}"
 
 
 def explanation(found: "Infeasible") -> str:
@@ -73,9 +96,17 @@ def explanation(found: "Infeasible") -> str:
         lines.append(
             "  Everywhere the force keeps rising without a first peak: the model has no answer there."
         )
+    upper = f"{found.upper:.1f} N not exceeded" if math.isfinite(found.upper) else "no force is kept"
     lines += [
-        f"  Least loaded at {at}: {found.force:.1f} N expected, {found.upper:.1f} N not exceeded"
+        f"  Least loaded at {at}: {found.force:.1f} N expected, {upper}"
         f" (the limit holds with a probability of {found.probability:.3f}).",
+    ]
+    if found.has_peak and found.without_peak:
+        lines.append(
+            f"  In {100 * found.without_peak:.2g} % of the draws there the force keeps rising without a first peak."
+        )
+    lines += [
+        f"  None of {found.scanned:,} points over the ranges is allowed either.",
         "Any one of these would do there:" if found.remedies else "No single change would do.",
     ]
     for r in found.remedies:
@@ -116,15 +147,15 @@ def document(found: "Design") -> dict[str, Any]:
         "search": {
             "starts": found.search.starts,
             "reached": found.search.reached,
-            "without_peak": found.search.without_peak,
-            "scanned": found.scanned,
-            "scanned_better": found.better,
+            "again": found.search.again,
+            "scanned": found.search.scanned,
+            "scanned_better": found.search.better,
         },
         "notes": list(found.notes),
     }
 
 
-def infeasible_document(found: "Infeasible") -> dict[str, Any]:
+def none_document(found: "Infeasible") -> dict[str, Any]:
     """Infeasibility for programs."""
     task, model = found.task, found.task.model
     return {
@@ -133,6 +164,8 @@ def infeasible_document(found: "Infeasible") -> dict[str, Any]:
         "force_n": found.force,
         "force_not_exceeded_n": found.upper,
         "probability_there": found.probability,
+        "without_peak_there": found.without_peak,
+        "scanned": found.scanned,
         "remedies": [r._asdict() for r in found.remedies],
     }
 

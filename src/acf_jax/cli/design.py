@@ -12,7 +12,7 @@ from acf_jax.errors import InputError
 
 if TYPE_CHECKING:
     from acf_jax.contact.model import ContactModel
-    from acf_jax.design.config import Config
+    from acf_jax.design.config import Config, Question
 
 EXAMPLES = """
 \b
@@ -31,20 +31,17 @@ Examples:
 def command(config: Path, plot: Path | None, as_json: bool) -> None:
     """Design an impact within a force limit: docs/design.md explains the question and the answer.
 
-    Ends with exit code 1 where nothing in the ranges is feasible, after saying what would make it so.
+    Ends with exit code 1 where nothing in the ranges is feasible, after saying what would make it so, and where a
+    scan of the ranges knows a better point than the search.
     """
     faults = []
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
         faults.append(f"--plot {plot}: must end in .html; name an HTML file")
-    question, file = _read(config, faults)
-
-    from acf_jax.start import start_jax
-
-    start_jax()
-    _answer(question, file.load(), config, plot, as_json)
+    question, model = _read(config, faults)
+    _answer(question, model, plot, as_json)
 
 
-def _answer(config: "Config", model: "ContactModel", where: Path, plot: Path | None, as_json: bool) -> None:
+def _answer(config: "Config", model: "ContactModel", plot: Path | None, as_json: bool) -> None:
     from acf_jax.cli import _design_text as words
     from acf_jax.design.remedy import Infeasible
     from acf_jax.design.solve import design
@@ -52,67 +49,77 @@ def _answer(config: "Config", model: "ContactModel", where: Path, plot: Path | N
 
     ranges = {name: (r.low, r.high) for name, r in config.ranges().items()}
     fixed = {name: value for name in ("v_e", "f_p") if isinstance(value := getattr(config, name), float)}
-    given = ranges | {name: (value, value) for name, value in fixed.items()}
-    if faults := _range_faults(where, ranges, model.names) or _learnt_faults(where, given, model):
-        raise InputError(faults)
     task = make_task(model, ranges, fixed, config.goal, config.limit, config.probability)
     with stages() as progress:
         progress("searching the ranges")
         found = design(task, config.starts, config.draws, config.seed)
-    if isinstance(found, Infeasible):
-        if as_json:
-            echo_json(words.infeasible_document(found))
-        else:
-            click.echo(words.explanation(found))
-        raise click.exceptions.Exit(1)
-    if plot is not None:
-        from acf_jax.cli._design_plot import write_design_plot
+        if plot is not None:
+            from acf_jax.cli._design_plot import write_design_plot
 
-        write_design_plot(plot, found)
+            progress("drawing the ranges")
+            write_design_plot(plot, found)
     if as_json:
-        echo_json(words.document(found))
+        echo_json(words.none_document(found) if isinstance(found, Infeasible) else words.document(found))
     else:
-        click.echo(words.text(found))
+        click.echo(words.explanation(found) if isinstance(found, Infeasible) else words.text(found))
+    if isinstance(found, Infeasible) or not found.is_best:
+        raise click.exceptions.Exit(1)
 
 
-def _read(path: Path, faults: list[str]) -> tuple["Config", ModelFile]:
+def _read(path: Path, faults: list[str]) -> "tuple[Config, ContactModel]":
     """The configuration and the model that it names; `InputError` with the faults of both and those known before."""
-    from acf_jax.design.config import read_config
+    from acf_jax.design.config import read_question
 
+    model = None
     try:
-        config = read_config(path)
-        surrogate = config.surrogate
-        if surrogate is not None and str(surrogate) != "shipped":
-            surrogate = path.parent / surrogate
-        file = ModelFile(path.parent / config.model, config.relative_std, surrogate)
+        question = read_question(path)
+        faults += question.faults
+        if (file := _model_file(path, question, faults)) is not None:
+            from acf_jax.start import start_jax
+
+            start_jax()
+            model = file.load()
+            faults += _range_faults(path, question, model)
     except InputError as error:
         raise InputError([*faults, *error.faults]) from None
-    if faults:
+    if faults or question.config is None or model is None:
         raise InputError(faults)
-    return config, file
+    return question.config, model
 
 
-def _range_faults(where: Path, ranges: dict[str, tuple[float, float]], names: tuple[str, ...]) -> list[str]:
-    faults = [
-        f"{where}: free.{name}: is not a parameter of the model; known are {', '.join(names[:-2])}"
-        for name in ranges
-        if name not in names
-    ]
-    return faults + [
-        f"{where}: free.{name}: low must be above 0; the model needs a positive {name}"
-        for name, (low, _) in ranges.items()
-        if name in ("m", "k_c") and low == 0
-    ]
+def _model_file(path: Path, question: "Question", faults: list[str]) -> ModelFile | None:
+    """The model that a question names, sound or not in all else; None where it names no sound one."""
+    name, surrogate = (question.content.get(key) for key in ("model", "surrogate"))
+    if not isinstance(name, str):
+        return None
+    beside = Path(surrogate) if isinstance(surrogate, str) else None
+    if beside is not None and surrogate != "shipped":
+        beside = path.parent / beside
+    # without a sound configuration the model is read for its faults and for its parameters' names alone
+    config = question.config
+    std = config.relative_std if config else dict.fromkeys(question.names("relative_std"), 0.0)
+    for given in (std, {}):
+        try:
+            return ModelFile(path.parent / name, given, beside)
+        except InputError as error:
+            faults += [fault for fault in error.faults if fault not in faults]
+    return None
 
 
-def _learnt_faults(where: Path, given: dict[str, tuple[float, float]], model: "ContactModel") -> list[str]:
-    """Ranges that a surrogate was not trained for."""
+def _range_faults(where: Path, question: "Question", model: "ContactModel") -> list[str]:
+    """Names that the model does not know, and ranges that a surrogate was not trained for."""
     from acf_jax.contact.read import learnt_range
 
-    known = {name: learnt_range(model, name) for name in given}
-    return [
-        f"{where}: {name}: {low:g} to {high:g} leaves the surrogate's {learnt[0]:g} to {learnt[1]:g}; narrow it, or"
+    faults = [
+        f"{where}: free.{name}: is not a parameter of the model; known are {', '.join(model.names[:-2])}"
+        for name in question.names("free")
+        if name not in model.names
+    ]
+    spans = {name: span for name, span in question.spans().items() if name in model.names}
+    learnt = {name: learnt_range(model, name) for name in spans}
+    return faults + [
+        f"{where}: {name}: {low:g} to {high:g} leaves the surrogate's {known[0]:g} to {known[1]:g}; narrow it, or"
         " name the diagnosis' model.json as model"
-        for name, (low, high) in given.items()
-        if (learnt := known[name]) is not None and not learnt[0] <= low <= high <= learnt[1]
+        for name, (low, high) in spans.items()
+        if (known := learnt[name]) is not None and not known[0] <= low <= high <= known[1]
     ]

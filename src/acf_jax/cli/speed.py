@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,6 +10,10 @@ from acf_jax.cli._json import echo_json
 from acf_jax.cli._model import HELP, ModelFile
 from acf_jax.cli._progress import counted
 from acf_jax.errors import InputError
+
+if TYPE_CHECKING:
+    from acf_jax.design.remedy import Infeasible
+    from acf_jax.design.solve import Design
 
 EXAMPLES = """
 \b
@@ -35,7 +39,10 @@ Examples:
 def command(
     model_file: Path, f_p: float, limit: tuple[float, ...], probability: float, up_to: float, as_json: bool
 ) -> None:
-    """Highest contact velocity for a limit of the peak contact force, exact, under the parameters' uncertainty."""
+    """Highest contact velocity for a limit of the peak contact force, exact, under the parameters' uncertainty.
+
+    Ends with exit code 1 where no velocity keeps one of the limits.
+    """
     faults = []
     if not 0 <= f_p < float("inf"):
         faults.append(f"--f-p must be a number, finite and zero or positive, in N, but is {f_p!r}")
@@ -56,7 +63,6 @@ def command(
 
     start_jax()
     from acf_jax.contact.read import learnt_range
-    from acf_jax.design.remedy import Infeasible
     from acf_jax.design.solve import Design, design
     from acf_jax.design.task import make_task
 
@@ -64,53 +70,68 @@ def command(
     slowest, fastest = learnt_range(model, "v_e") or (0.0, up_to)
     least, most = learnt_range(model, "f_p") or (f_p, f_p)
     if not least <= f_p <= most:
-        raise InputError(f"--f-p must lie in the surrogate's {least:g} to {most:g} N, but is {f_p:g}")
-    up_to = min(up_to, fastest)
+        faults.append(f"--f-p must lie in the surrogate's {least:g} to {most:g} N, but is {f_p:g}")
     if slowest >= up_to:
-        raise InputError(f"--up-to must be above the surrogate's {slowest:g} m/s, but is {up_to:g}")
-    rows: list[dict[str, Any]] = []
-    notes: list[str] = []
-    for force in counted(limit, "limits"):
-        task = make_task(model, {"v_e": (slowest, up_to)}, {"f_p": f_p}, "fastest", force, probability)
-        found = design(task)
-        row: dict[str, Any] = {"limit_n": force, "v_e": None, "expected_force_n": None, "v_e_per_n": None}
-        if isinstance(found, Design):
-            row |= {
-                "v_e": float(found.z[-2]),
-                "expected_force_n": found.force,
-                "v_e_per_n": found.goal_per_newton,
-                "limit_reached": found.at_limit,
-            }
-            notes += found.notes
-        else:
-            assert isinstance(found, Infeasible)
-            row["force_at_rest_n"] = found.upper
-        rows.append(row)
+        faults.append(f"--up-to must be above the surrogate's {slowest:g} m/s, but is {up_to:g}")
+    if faults:
+        raise InputError(faults)
+    up_to = min(up_to, fastest)
+    found = [
+        design(make_task(model, {"v_e": (slowest, up_to)}, {"f_p": f_p}, "fastest", force, probability))
+        for force in counted(limit, "limits")
+    ]
+    notes = list(dict.fromkeys(note for x in found if isinstance(x, Design) for note in x.notes))
     if as_json:
-        content = {
-            "model": model.source,
-            "f_p": f_p,
-            "probability": probability,
-            "speeds": rows,
-            "notes": notes,
+        rows = [_row(x) for x in found]
+        echo_json(
+            {"model": model.source, "f_p": f_p, "probability": probability, "speeds": rows, "notes": notes}
+        )
+    else:
+        click.echo("       limit    highest velocity    expected force    one newton more    draws within")
+        for x in found:
+            click.echo(f"{x.task.limit:10.4g} N   {_words(x) if isinstance(x, Design) else _why_none(x)}")
+        for note in notes:
+            click.echo(f"note: {note}")
+    if not all(isinstance(x, Design) for x in found):
+        raise click.exceptions.Exit(1)
+
+
+def _row(found: "Design | Infeasible") -> dict[str, Any]:
+    """The answer to one limit for programs."""
+    from acf_jax.design.solve import Design
+
+    row = {"limit_n": found.task.limit, "probability_among_fresh_draws": found.probability}
+    if isinstance(found, Design):
+        return row | {
+            "v_e": float(found.z[-2]),
+            "expected_force_n": found.force,
+            "v_e_per_n": found.goal_per_newton,
+            "limit_reached": found.at_limit,
         }
-        echo_json(content)
-        return
-    click.echo("       limit    highest velocity    expected force    one newton more")
-    for row in rows:
-        click.echo(f"{row['limit_n']:10.4g} N   {_words(row, slowest)}")
-    for note in dict.fromkeys(notes):
-        click.echo(f"note: {note}")
+    none = dict.fromkeys(("v_e", "expected_force_n", "v_e_per_n", "limit_reached"))
+    return row | none | {"least_force_n": found.upper, "least_loaded_v_e": float(found.z[-2])}
 
 
-def _words(row: dict[str, Any], slowest: float) -> str:
-    if row["v_e"] is None:
-        least = row["force_at_rest_n"]
-        how = "pressing without speed" if slowest == 0 else f"the surrogate's lowest speed, {slowest:g} m/s,"
-        return f"none: {how} takes {least:.4g} N already; lower the pretension"
-    if not row["limit_reached"]:
-        why = "the search's end, or where the force has no first peak beyond"
-        return f"{row['v_e']:12.4f} m/s {row['expected_force_n']:15.2f} N     limit not reached: {why}"
-    speed = math.floor(row["v_e"] * 1e4) / 1e4  # not rounded up: what is shown is allowed
-    price = f"{row['v_e_per_n']:12.5f} m/s" if row["v_e_per_n"] is not None else ""
-    return f"{speed:12.4f} m/s {row['expected_force_n']:15.2f} N {price}"
+def _words(found: "Design") -> str:
+    speed = math.floor(found.z[-2] * 1e4) / 1e4  # not rounded up: what is shown is allowed
+    price = f"{found.goal_per_newton:.5f} m/s" if found.goal_per_newton is not None else "-"
+    line = f"{speed:12.4f} m/s {found.force:15.2f} N {price:>18} {found.probability:15.4f}"
+    if found.at_limit:
+        return line
+    why = "the search's end" if found.z[-2] == found.task.high[0] else "no first peak beyond"
+    return f"{line}    limit not reached: {why}"
+
+
+def _why_none(found: "Infeasible") -> str:
+    if not found.has_peak:
+        return "none: at every velocity the force keeps rising without a first peak; raise the pretension"
+    slowest, v_e = found.task.low[0], found.z[-2]
+    how = (
+        "pressing without speed"
+        if v_e == 0
+        else f"{v_e:.4g} m/s" + (", the lowest," if v_e == slowest else "")
+    )
+    if not math.isfinite(found.upper):
+        share = 100 * found.without_peak
+        return f"none: with {how} {share:.2g} % of the draws have no first peak; raise the pretension"
+    return f"none: {how} takes {found.upper:.4g} N already; lower the pretension"

@@ -1,15 +1,49 @@
 """The question of a design, design.yaml: one frozen model, every fault at once."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 
 Goal = Literal["fastest", "highest_process_force", "widest_margin"]
+IMPACT = ("v_e", "f_p")
+POSITIVE = ("m", "k_c")
 COORDINATE: dict[str, str | None] = {"fastest": "v_e", "highest_process_force": "f_p", "widest_margin": None}
+
+
+def _no_flag(value: Any) -> Any:
+    """A truth value is no number, though Python takes it for one."""
+    if isinstance(value, bool):
+        raise ValueError(f"must be a number, but is {shown(value)}; correct it")
+    return value
+
+
+def _is_a_share(value: float) -> float:
+    if not 0 <= value <= 0.5:
+        raise ValueError(f"must lie between 0 and 0.5, but is {value:g}; give a share of the value")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_no_flag)]
+Share = Annotated[Number, AfterValidator(_is_a_share)]
+Count = Annotated[int, BeforeValidator(_no_flag)]
 
 
 class _Part(BaseModel):
@@ -19,8 +53,8 @@ class _Part(BaseModel):
 class Range(_Part):
     """What a free quantity may be."""
 
-    low: float = Field(ge=0)
-    high: float = Field(ge=0)
+    low: Number = Field(ge=0)
+    high: Number = Field(ge=0)
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
@@ -35,7 +69,8 @@ def _kind(value: Any) -> str:
     return "range" if isinstance(value, dict | Range) else "number"
 
 
-Quantity = Annotated[Annotated[float, Tag("number")] | Annotated[Range, Tag("range")], Discriminator(_kind)]
+Fixed = Annotated[Number, Field(ge=0), Tag("number")]
+Quantity = Annotated[Fixed | Annotated[Range, Tag("range")], Discriminator(_kind)]
 
 
 class Config(_Part):
@@ -43,42 +78,37 @@ class Config(_Part):
 
     model: Path = Field(description="a rig's YAML file or a diagnosis' model.json, beside this file")
     surrogate: Path | None = Field(default=None, description="a model.eqx in place of the rig's closed form")
-    goal: Goal
-    limit: float = Field(gt=0, description="N, of the peak contact force")
-    probability: float = Field(default=0.95, ge=0.5, le=0.9999, description="that the limit holds")
+    limit: Number = Field(gt=0, description="N, of the peak contact force")
+    probability: Number = Field(default=0.95, ge=0.5, le=0.9999, description="that the limit holds")
     f_p: Quantity = Field(description="N, pretension, which sets the process force")
     v_e: Quantity = Field(description="m/s, contact velocity")
     free: dict[str, Range] = Field(default={}, description="further parameters of the model")
-    relative_std: dict[str, float] = Field(default={}, description="standard deviation over value")
-    starts: int = Field(default=32, ge=1, le=1024)
-    draws: int = Field(default=8192, ge=256, le=2**20)
-    seed: int = Field(default=0, ge=0, lt=2**31)
+    relative_std: dict[str, Share] = Field(default={}, description="standard deviation over value")
+    starts: Count = Field(default=32, ge=1, le=1024)
+    draws: Count = Field(default=8192, ge=256, le=2**20)
+    seed: Count = Field(default=0, ge=0, lt=2**31)
+    goal: Goal  # last: its validator sees all others that are sound, whatever is wrong with the rest
 
-    @model_validator(mode="after")
-    def _is_a_question(self) -> Self:
-        faults = []
-        for name in ("f_p", "v_e"):
-            value = getattr(self, name)
-            if isinstance(value, float) and value < 0:
-                faults.append(f"{name} must be zero or positive, but is {value:g}; correct it")
-            if name in self.free:
-                faults.append(f"free.{name}: give its range at the key {name}; remove it here")
-        coordinate = COORDINATE[self.goal]
-        if coordinate and not isinstance(getattr(self, coordinate), Range):
-            remedy = f"write {coordinate}: {{low: ..., high: ...}}, or choose another goal"
-            faults.append(f"goal {self.goal} needs {coordinate} to be free; {remedy}")
-        if not coordinate and not self.ranges():
-            faults.append(
-                "goal widest_margin needs something free; give f_p or v_e a range, or name it below free"
-            )
-        faults += [
-            f"relative_std.{name} must lie between 0 and 0.5, but is {value:g}; give a share of the value"
-            for name, value in self.relative_std.items()
-            if not 0 <= value <= 0.5
-        ]
-        if faults:
+    @field_validator("free")
+    @classmethod
+    def _is_further(cls, value: dict[str, Range]) -> dict[str, Range]:
+        if faults := _further_faults({name: given.low for name, given in value.items()}):
             raise ValueError("\n".join(faults))
-        return self
+        return value
+
+    @field_validator("goal")
+    @classmethod
+    def _can_be_asked(cls, value: Goal, info: ValidationInfo) -> Goal:
+        known, coordinate = info.data, COORDINATE[value]
+        if coordinate and isinstance(known.get(coordinate), float):
+            remedy = f"write {coordinate}: {{low: ..., high: ...}}, or choose another goal"
+            raise ValueError(f"{value} needs {coordinate} to be free; {remedy}")
+        is_fixed = all(isinstance(known.get(name), float) for name in IMPACT) and known.get("free") == {}
+        if not coordinate and is_fixed:
+            raise ValueError(
+                "widest_margin needs something free; give f_p or v_e a range, or name it below free"
+            )
+        return value
 
     def ranges(self) -> dict[str, Range]:
         """What is free, by name."""
@@ -86,13 +116,68 @@ class Config(_Part):
         return {name: value for name, value in own.items() if isinstance(value, Range)} | self.free
 
 
+def _further_faults(lows: Mapping[str, float | None]) -> list[str]:
+    """What is wrong with further free parameters, of which some ranges may have no sound low end."""
+    faults = [f"{name}: give its range at the key {name}; remove it here" for name in IMPACT if name in lows]
+    return faults + [
+        f"{name}: low must be above 0; the model needs a positive {name}"
+        for name in POSITIVE
+        if lows.get(name) == 0
+    ]
+
+
+class Question(NamedTuple):
+    """A configuration, or as much of it as can be looked at further."""
+
+    config: Config | None  # None where anything is wrong
+    content: dict[str, Any]  # as it stands in the file
+    faults: list[str]
+
+    def names(self, key: str) -> list[str]:
+        """The names below `free` or `relative_std`, sound or not."""
+        given = self.content.get(key)
+        return [str(name) for name in given] if isinstance(given, Mapping) else []
+
+    def spans(self) -> dict[str, tuple[float, float]]:
+        """Lowest and highest value of whatever has a sound one."""
+        free = self.content.get("free")
+        given: dict[str, Any] = dict(free) if isinstance(free, Mapping) else {}
+        given |= {name: self.content.get(name) for name in IMPACT}
+        spans = {}
+        for name, value in given.items():
+            try:
+                sound = _QUANTITY.validate_python(value)
+            except ValidationError:
+                continue
+            spans[str(name)] = (sound.low, sound.high) if isinstance(sound, Range) else (sound, sound)
+        return spans
+
+
+_QUANTITY: TypeAdapter[float | Range] = TypeAdapter(Quantity)
+
+
+def read_question(path: Path) -> Question:
+    """What a file asks, with every fault of it; `InputError` where the file holds no mapping."""
+    content = read_yaml_mapping(path)
+    try:
+        return Question(Config.model_validate(content), content, [])
+    except ValidationError as error:
+        found = error.errors()
+    faults = [line for fault in found for line in _lines(path, dict(fault))]
+    question = Question(None, content, faults)
+    if any(fault["loc"][:1] == ("free",) and len(fault["loc"]) > 1 for fault in found):
+        # one range at fault keeps pydantic from looking at them together
+        lows = {name: question.spans().get(name, (None,))[0] for name in question.names("free")}
+        faults += [f"{path}: free.{fault}" for fault in _further_faults(lows)]
+    return question
+
+
 def read_config(path: Path) -> Config:
     """The question in a file; `InputError` lists every fault."""
-    try:
-        return Config.model_validate(read_yaml_mapping(path))
-    except ValidationError as error:
-        faults = [line for fault in error.errors() for line in _lines(path, dict(fault))]
-        raise InputError(faults) from None
+    question = read_question(path)
+    if question.config is None:
+        raise InputError(question.faults)
+    return question.config
 
 
 _REMEDIES = {
@@ -103,13 +188,14 @@ _REMEDIES = {
 
 def _lines(path: Path, fault: dict[str, Any]) -> list[str]:
     """A pydantic error as lines `file: dotted.path: problem; remedy`."""
-    where = ".".join(str(part) for part in fault["loc"] if part not in ("number", "range"))
-    where = f"{path}: {where}: " if where else f"{path}: "
+    key = ".".join(str(part) for part in fault["loc"] if part not in ("number", "range"))
+    where = f"{path}: {key}: " if key else f"{path}: "
     if fault["type"] == "value_error":
-        return [where + problem for problem in str(fault["ctx"]["error"]).split("\n")]
+        problems = str(fault["ctx"]["error"]).split("\n")
+        return [f"{path}: {key}.{p}" if key == "free" else where + p for p in problems]
     if fault["type"] in _REMEDIES:
         return [where + _REMEDIES[fault["type"]]]
-    if fault["loc"][-1:] == ("number",):
+    if fault["loc"][-1:] == ("number",) and fault["type"] != "greater_than_equal":
         return [
             where
             + f"must be a number, or {{low: ..., high: ...}}, but is {shown(fault['input'])}; correct it"

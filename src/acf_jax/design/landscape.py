@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from acf_jax.design.remedy import Infeasible
 from acf_jax.design.solve import Design
 from acf_jax.design.task import upper_forces
 
@@ -11,18 +12,18 @@ PREFERRED = ("v_e", "f_p")  # axes where they are free
 
 
 class Landscape(NamedTuple):
-    """Force over a line or a plane through the optimum; NaN where the model knows no peak."""
+    """Force over a line or a plane through the optimum; NaN where the model knows no peak within reach."""
 
     names: tuple[str, ...]  # of one or two axes
     units: tuple[str, ...]
     axes: tuple[np.ndarray, ...]
     upper: np.ndarray  # N, F + factor sigma, (n,) or (n_y, n_x)
     force: np.ndarray  # N, best estimate
-    optimum: tuple[float, ...]
+    point: tuple[float, ...]  # the optimum; where nothing is feasible the least loaded point
 
 
-def landscape(found: Design, points: int = 33) -> Landscape:
-    """Forces over the first two free quantities, the others at the optimum."""
+def landscape(found: Design | Infeasible, points: int = 33) -> Landscape:
+    """Forces over the first two free quantities, the others as at the point that was found."""
     task, names = found.task, found.task.model.names
     free = sorted(range(len(task.free)), key=lambda i: (names[task.free[i]] not in PREFERRED, i))[:2]
     axes = tuple(np.linspace(task.low[i], task.high[i], points) for i in free)
@@ -30,7 +31,7 @@ def landscape(found: Design, points: int = 33) -> Landscape:
     z = np.tile(found.z, (grid[0].size, 1))
     for i, values in zip(free, grid, strict=True):
         z[:, task.free[i]] = values.ravel()
-    upper, force, exists = upper_forces(task.model, z, found.factor)
+    upper, force, exists = upper_forces(task.model, z, found.margin)
     entries = [task.free[i] for i in free]
     return Landscape(
         tuple(names[e] for e in entries),

@@ -4,29 +4,30 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.stats import norm, qmc
+from scipy.stats import norm
 
 from acf_jax.contact.body import WALL
-from acf_jax.contact.model import draw_forces, spread
+from acf_jax.contact.model import ContactModel, Spread, spread
+from acf_jax.design.chance import draw, is_kept, margin_at
 from acf_jax.design.exact import conditions
 from acf_jax.design.optimum import Optimum, find_optimum, start_points
 from acf_jax.design.remedy import Infeasible, explain
-from acf_jax.design.task import Task, upper_forces
+from acf_jax.design.task import Margin, Task, upper_forces
 
-ROUNDS = 6
-SCAN = 64  # programs of the last scan over the box
-TO_SPARE = 2.0  # standard errors of the drawn probability by which the stated one is exceeded
+ROUNDS = 12
+RESTS = 1e-6  # of the margin: less of a change ends the rounds
+FORM, EXPLANATIONS = "form of the model", "choice of explanation"
 
 
 class Sensitivity(NamedTuple):
-    """What one quantity does to the peak force at the optimum."""
+    """What one quantity, or what the model itself leaves open, does to the peak force at the optimum."""
 
     name: str
-    unit: str
-    value: float
-    std: float
-    slope: float  # N per unit
-    per_percent: float  # N that one percent of the value costs
+    unit: str | None  # this and the following: None for what is no quantity
+    value: float | None
+    std: float | None
+    slope: float | None  # N per unit
+    per_percent: float | None  # N that one percent of the value costs
     margin: float  # N of the margin that its uncertainty costs
 
 
@@ -38,7 +39,7 @@ class Design(NamedTuple):
     force: float  # N, best estimate
     upper: float  # N, F + factor sigma, at most the limit
     std: float  # N
-    factor: float  # so that the stated probability holds among draws
+    margin: Margin  # with which the stated probability holds among draws
     probability: float  # share of fresh draws within the limit
     draws: int
     goal_per_newton: float | None  # what one more newton of limit is worth in units of the goal
@@ -50,103 +51,99 @@ class Design(NamedTuple):
     at_bounds: tuple[str, ...]
     sensitivities: tuple[Sensitivity, ...]  # most newtons of margin first
     search: Optimum
-    scanned: int  # further points spread over the box
-    better: int  # of those, allowed and better than the optimum: none, or the search failed
     notes: tuple[str, ...]
+
+    @property
+    def is_best(self) -> bool:
+        """Whether the search has found what a scan of the ranges could."""
+        return self.task.is_line or not self.search.better
 
 
 def design(task: Task, starts: int = 32, draws: int = 8192, seed: int = 0) -> Design | Infeasible:
     """The best point whose limit holds with the stated probability.
 
-    max goal(z)  subject to  F(z) + factor sigma(z) <= limit,  low <= z <= high
+    max goal(z)  subject to  P(F(z) <= limit) >= probability,  low <= z <= high
 
     The first-order quantile F + factor sigma has exact derivatives; its factor is set so that among `draws` draws of
-    everything uncertain the limit holds with the probability stated, two standard errors to spare. Search and draws
-    alternate until the factor rests, as in sequential optimisation and reliability assessment (Du and Chen, J.
-    Mech. Des. 126, 2004, 225).
+    everything uncertain the limit holds with the probability stated, two standard errors to spare. A draw without a
+    peak breaks the limit: where too many do, a peak has to be there within a reach of the best estimate, set likewise.
+    Search and draws alternate until both rest, as in sequential optimisation and reliability assessment (Du and Chen,
+    J. Mech. Des. 126, 2004, 225). No point is returned whose draws do not hold, fresh ones included.
 
     **Arguments:** `starts`: of the search. `draws`: of the parameters.
 
-    **Returns:** a `Design`, or `Infeasible` with its remedies.
+    **Returns:** a `Design`, or `Infeasible` with its remedies, where neither the search nor a scan of the ranges found
+    a point.
     """
-    points = start_points(len(task.free), starts, seed)
-    factor = _factor(task, task.point(points[0]), float(norm.ppf(task.probability)), draws, seed)
-    found = find_optimum(task, factor, points)
-    if not found.is_feasible:
-        return _infeasible(task, found, factor, draws, seed)
-    best = found
-    for _ in range(ROUNDS):
-        z = task.point(best.u)
-        new = _factor(task, z, factor, draws, seed)
-        if abs(new - factor) <= 1e-6 * max(1.0, abs(factor)):
+    points = starting = start_points(len(task.free), starts, seed)
+    margin, _ = margin_at(task, task.point(points[0]), Margin(float(norm.ppf(task.probability))), draws, seed)
+    first = None
+    for k in range(ROUNDS):
+        found = find_optimum(task, margin, starting, seed)
+        z = task.point(found.u)
+        first = first or (found if found.is_feasible else None)
+        new, is_held = margin_at(task, z, margin, draws, seed)
+        if k >= ROUNDS // 2:  # two optima may take turns, each the better by the other's margin
+            new = Margin(*map(max, new, margin))
+        if all(abs(a - b) <= RESTS * max(1.0, abs(b)) for a, b in zip(new, margin, strict=True)):
             break
-        factor = new
-        best = find_optimum(task, factor, best.u[None])
-        if not best.is_feasible:
-            return _infeasible(task, best, factor, draws, seed)
-    return _report(task, best, found, factor, draws, seed)
+        margin, starting = new, found.u[None] if found.is_feasible else points
+    fresh = draw(task.model, z, draws, seed + 1).probability(task.limit)
+    if not (is_held and is_kept(fresh, task.probability, draws)):
+        return explain(task, z, margin, found.scanned, draws, seed)
+    if first is not None:  # later rounds start from the best alone
+        found = found._replace(starts=first.starts, reached=first.reached, again=first.again)
+    return _report(task, found, margin, fresh, draws)
 
 
-def _infeasible(task: Task, found: Optimum, factor: float, draws: int, seed: int) -> Infeasible:
-    return explain(task, task.point(found.u), factor, draws, seed)
-
-
-def _factor(task: Task, z: np.ndarray, factor: float, draws: int, seed: int) -> float:
-    """The factor with which F + factor sigma is the stated quantile of the drawn forces at z."""
-    upper, force, _ = (float(x[0]) for x in upper_forces(task.model, z[None], 1.0))
-    std = upper - force
-    if std <= 1e-12 * force:
-        return factor
-    drawn, exists = draw_forces(task.model, z, WALL, draws, seed)
-    p = task.probability
-    held = min(p + TO_SPARE * np.sqrt(p * (1 - p) / draws), 1 - 1 / draws)
-    rank = int(np.ceil(held * draws)) - 1
-    quantile = float(np.sort(np.where(exists, drawn, np.inf))[rank])
-    # draws without a peak count as broken; where they fill the quantile the first order stands in, and
-    # the probability of the report shows it
-    return (quantile - force) / std if np.isfinite(quantile) else factor
-
-
-def _report(task: Task, best: Optimum, search: Optimum, factor: float, draws: int, seed: int) -> Design:
-    model, z = task.model, task.point(best.u)
-    peak, own = spread(model, jnp.asarray(z), WALL)
-    std, force = float(own.std), float(peak.force)
-    gradient, shares = np.asarray(own.gradient), np.asarray(own.parameters)
-    upper = float(upper_forces(model, z[None], factor)[0][0])
-    fresh, exists = draw_forces(model, z, WALL, draws, seed + 1)
-    deviations = np.sqrt(np.r_[np.diag(model.main.covariance), 0.0, 0.0] + (model.relative * z) ** 2)
-    margin = upper - force
-    rows = [
-        Sensitivity(name, unit, float(z[i]), float(deviations[i]), float(gradient[i]), float(gradient[i] * z[i] / 100),
-                    float(shares[i] / std**2 * margin) if std else 0.0)
-        for i, (name, unit) in enumerate(zip(model.names, model.units, strict=True))
-    ]  # fmt: skip
+def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int) -> Design:
+    model, z = task.model, task.point(found.u)
+    own = spread(model, jnp.asarray(z), WALL)[1]
+    upper, force = (float(x[0]) for x in upper_forces(model, z[None], margin)[:2])
     names = [model.names[i] for i in task.free]
-    edges = tuple(n for n, u in zip(names, best.u, strict=True) if u in (0.0, 1.0))
+    edges = tuple(n for n, u in zip(names, found.u, strict=True) if u in (0.0, 1.0))
     at_limit = upper >= task.limit * (1 - 1e-9)
-    met = conditions(task, factor, best.u)
+    met = conditions(task, margin.factor, found.u)
     c = task.coordinate
-    is_inner = c is not None and best.u[c] not in (0.0, 1.0)
+    is_inner = c is not None and found.u[c] not in (0.0, 1.0)
     price = float(met.multiplier * (task.high - task.low)[c] / task.limit) if is_inner and at_limit else None
     residual = None if is_inner and not at_limit else met.residual
-    scanned, better = _scan(task, best, factor, seed)
     return Design(
-        task, z, force, upper, std, factor, float((exists & (fresh <= task.limit)).mean()), draws, price, at_limit,
-        task.limit - upper, residual, edges,
-        tuple(sorted(rows, key=lambda r: -abs(r.margin) - 1e-9 * abs(r.per_percent))), search, scanned, better,
-        tuple(f"{fault}: the model extrapolates" for fault in model.is_extrapolated(z)),
+        task, z, force, upper, float(own.std), margin, fresh, draws, price, at_limit, task.limit - upper, residual,
+        edges, sensitivities(model, z, own, upper - force), found, _notes(task, z, found),
     )  # fmt: skip
 
 
-def _scan(task: Task, best: Optimum, factor: float, seed: int) -> tuple[int, int]:
-    """How many points of another Sobol sequence are there, and how many of them are allowed and better."""
-    count = SCAN * max(1, task.model.main.peak.block // 64)
-    u = qmc.Sobol(len(task.free), rng=np.random.default_rng(seed + 7)).random(count)
-    upper, _, exists = upper_forces(task.model, task.point(u), factor)
-    allowed = exists & (upper <= task.limit)
-    if task.coordinate is None:
-        at_best = upper_forces(task.model, task.point(best.u[None]), factor)[0][0]
-        is_better = upper < at_best * (1 - 1e-9)
-    else:
-        is_better = u[:, task.coordinate] > best.u[task.coordinate] + 1e-9
-    return count, int((allowed & is_better).sum())
+def sensitivities(model: ContactModel, z: np.ndarray, own: Spread, margin: float) -> tuple[Sensitivity, ...]:
+    """What the margin is spent on, by each one's share of the variance."""
+    newtons = margin / float(own.std) ** 2 if own.std else 0.0  # of margin per N^2 of variance
+    gradient, shares = np.asarray(own.gradient), np.asarray(own.parameters)
+    deviations = np.sqrt(np.r_[np.diag(model.main.covariance), 0.0, 0.0] + (model.relative * z) ** 2)
+    rows = [
+        Sensitivity(name, unit, float(z[i]), float(deviations[i]), float(gradient[i]), float(gradient[i] * z[i] / 100),
+                    float(shares[i]) * newtons)
+        for i, (name, unit) in enumerate(zip(model.names, model.units, strict=True))
+    ]  # fmt: skip
+    left_open = [
+        (FORM, own.form, model.form_error > 0),
+        (EXPLANATIONS, own.explanations, len(model.others) > 0),
+    ]
+    rows += [
+        Sensitivity(name, None, None, None, None, None, float(variance) * newtons)
+        for name, variance, is_there in left_open
+        if is_there
+    ]
+    return tuple(sorted(rows, key=lambda r: -abs(r.margin) - 1e-9 * abs(r.per_percent or 0.0)))
+
+
+def _notes(task: Task, z: np.ndarray, found: Optimum) -> tuple[str, ...]:
+    """What a reader has to know beside the numbers."""
+    notes = [f"{fault}: the model extrapolates" for fault in task.model.is_extrapolated(z)]
+    if found.better and not task.is_line:
+        notes.append(
+            f"{found.better} of the scanned points are allowed and better: the search failed; take more starts"
+        )
+    elif found.better:
+        name = task.model.names[task.free[0]]
+        notes.append(f"a higher {name} is allowed again, beyond a stretch that is not")
+    return tuple(notes)

@@ -3,6 +3,7 @@
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -15,6 +16,15 @@ from acf_jax.contact.model import ContactModel, spread
 from acf_jax.design.config import COORDINATE, Goal
 
 SHARE_OF_BLOCK = 4  # an upper force needs a peak's derivatives as well: fewer samples a program
+
+
+class Margin(NamedTuple):
+    """How far from the best estimate the limit has to hold."""
+
+    factor: float  # standard deviations of the force: F + factor sigma <= limit
+    reach: float = (
+        0.0  # standard deviations of everything uncertain, either way, within which there is a peak
+    )
 
 
 @dataclass(frozen=True)
@@ -35,6 +45,11 @@ class Task:
         """Which free entry the goal makes as large as possible; None for the margin."""
         name = COORDINATE[self.goal]
         return None if name is None else self.free.index(self.model.names.index(name))
+
+    @property
+    def is_line(self) -> bool:
+        """Whether nothing but the goal's coordinate is free."""
+        return self.coordinate is not None and len(self.free) == 1
 
     def point(self, u: np.ndarray) -> np.ndarray:
         """z of points u in the unit box, (..., free)."""
@@ -61,31 +76,55 @@ def make_task(
     return Task(model, z, free, low, high, goal, limit, probability)
 
 
-Upper = tuple[np.ndarray, np.ndarray, np.ndarray]  # F + factor sigma, F, whether there is a peak
+Upper = tuple[np.ndarray, np.ndarray, np.ndarray]  # F + factor sigma, F, whether there is a peak within reach
+
+
+class _Away(NamedTuple):
+    """Points (k, p) beside a sample z: z + fixed + share z."""
+
+    fixed: np.ndarray
+    share: np.ndarray
+
+
+def _away(model: ContactModel, reach: float) -> _Away | None:
+    """What everything uncertain about z may do to it, one at a time, either way; None where nothing has to."""
+    if reach == 0:
+        return None
+    values, vectors = np.linalg.eigh(model.main.covariance)
+    root = (vectors * np.sqrt(np.maximum(values, 0.0)))[:, values > 0].T
+    fixed, share = np.pad(root, ((0, 0), (0, 2))), np.diag(model.relative)[model.relative > 0]
+    fixed, share = np.r_[fixed, 0 * share], np.r_[0 * fixed, share]
+    return _Away(reach * np.r_[fixed, -fixed], reach * np.r_[share, -share])
 
 
 @eqx.filter_jit
 def _upper(
-    model: ContactModel, z: Float[Array, "n p"], factor: Float[Array, ""]
+    model: ContactModel, z: Float[Array, "n p"], factor: Float[Array, ""], away: _Away | None
 ) -> tuple[Array, Array, Array]:
+    least = jnp.append(model.main.low, jnp.zeros(2))
+
     def one(z: Float[Array, " p"]) -> tuple[Array, Array, Array]:
         peak, own = spread(model, z, WALL)
-        return peak.force + factor * own.std, peak.force, peak.exists
+        exists = peak.exists
+        if away is not None:
+            beside = jnp.maximum(z[None] + away.fixed + away.share * z[None], least[None])
+            exists &= jax.vmap(model.main.peak, (0, None))(beside, WALL).exists.all()
+        return peak.force + factor * own.std, peak.force, exists
 
     mapped: tuple[Array, Array, Array] = jax.vmap(one)(z)
     return mapped
 
 
-def upper_forces(model: ContactModel, z: np.ndarray, factor: float) -> Upper:
-    """F + factor sigma, F and whether there is a peak, of many samples z (N, p)."""
+def upper_forces(model: ContactModel, z: np.ndarray, margin: Margin) -> Upper:
+    """F + factor sigma, F and whether there is a peak within reach, of many samples z (N, p)."""
     size = max(1, model.main.peak.block // SHARE_OF_BLOCK)
+    factor, away = jnp.asarray(margin.factor), _away(model, margin.reach)
     parts = []
     for start in range(0, len(z), size):
         part = z[start : start + size]
         padded = part[np.arange(size) % len(part)]
-        parts.append(
-            [np.asarray(x)[: len(part)] for x in _upper(model, jnp.asarray(padded), jnp.asarray(factor))]
-        )
+        found = _upper(model, jnp.asarray(padded), factor, away)
+        parts.append([np.asarray(x)[: len(part)] for x in found])
     joined = [np.concatenate(column) for column in zip(*parts, strict=True)]
     return joined[0], joined[1], joined[2]
 
