@@ -118,6 +118,8 @@ def _sharpened(task: Task, margin: Margin, u: np.ndarray) -> np.ndarray:
     if task.coordinate is not None and u[task.coordinate] == 1.0:
         # many points reach the range's end: the least loaded
         other = _least(task, margin.factor, u, fixed=task.coordinate)
+    elif task.coordinate is not None and judge(task, margin, u[None]).upper[0] < (1 - SAME) * task.limit:
+        return u  # at the peak's end, where the conditions say nothing
     else:
         other = sharpened(task, margin.factor, u)
     onto = other if task.coordinate is None else _onto_limit(task, margin, other)
