@@ -88,7 +88,7 @@ def test_header_agrees_with_jax_over_the_wide_box(in_c: Run) -> None:
     assert np.array_equal(found[:, 2] == 1, has_peak)
     assert found[has_peak, 0] == pytest.approx(np.asarray(peak.f_max)[has_peak], rel=1e-13)
     assert found[has_peak, 1] == pytest.approx(np.asarray(peak.t_max)[has_peak], rel=1e-9)
-    assert np.isfinite(found).all()
+    assert np.isposinf(found[~has_peak, :2]).all()
 
 
 def test_header_in_its_limits(in_c: Run) -> None:
@@ -106,8 +106,21 @@ def test_header_in_its_limits(in_c: Run) -> None:
     peak = find_peaks(rig, impact)
     found = in_c(samples)
     assert np.array_equal(found[:, 2] == 1, np.asarray(peak.has_peak))
-    assert found[:, 0] == pytest.approx(np.asarray(peak.f_max), rel=1e-13)
+    expected = np.where(peak.has_peak, peak.f_max, np.inf)
+    assert found[:, 0] == pytest.approx(expected, rel=1e-13)
     assert found[0, 0] == pytest.approx(np.hypot(100, 0.2 * np.sqrt(4 * 175561)), rel=1e-14)
+
+
+def test_header_refuses_what_is_no_rig_and_no_impact(in_c: Run) -> None:
+    """A sign error or a missing value in a controller must pass no limit."""
+    sound = np.array([4, 60, 2000, 175561, 0.2, 100.0])
+    wrong = [(i, -value) for i, value in enumerate(sound)] + [(0, 0.0), (3, 0.0)]
+    wrong += [(i, x) for i in range(6) for x in (np.nan, np.inf)]
+    samples = np.tile(sound, (len(wrong), 1))
+    for row, (i, value) in zip(samples, wrong, strict=True):
+        row[i] = value
+    assert in_c(sound)[0, 2] == 1
+    assert np.array_equal(in_c(samples), np.tile([np.inf, np.inf, 0], (len(wrong), 1)))
 
 
 def agree_in_c(compiler: str, folder: Path, name: str, formula: Formula, least: float = 0.2) -> None:
