@@ -119,3 +119,12 @@ def test_surrogate_is_never_below_the_exact_peak() -> None:
     a, b = forces(exact.main.peak, z, WALL)[0], forces(learned.main.peak, z, WALL)[0]
     assert (b >= a).all() and b == pytest.approx(a, rel=1e-6)
     assert not forces(learned.main.peak, exact.at(3.0, 100.0)[None], WALL)[1].any()
+
+
+def test_a_contact_too_stiff_for_the_simulations_step_has_no_peak() -> None:
+    law = of_diagnosis(gap_model((), ())).main.peak
+    z = np.array([[1.9, 60.0, 800.0, k_c, 0.2, 70.0] for k_c in (1e7, 1e9)])
+    found, exists = forces(law, z, WALL)
+    exact, _ = forces(of_rig(RIG, {}).main.peak, z, WALL)
+    assert exists.tolist() == [True, False]
+    assert found[0] == pytest.approx(exact[0], rel=1e-3) and found[1] < 0.99 * exact[1]

@@ -42,6 +42,11 @@ def test_the_model_file_comes_back_as_it_was(diagnosed: Diagnosis, tmp_path: Pat
     path = tmp_path / "model.json"
     path.write_text(write_model(model))
     assert read_model(path) == model
+    assert model.verdict == diagnosed.verdict
+    content = json.loads(path.read_text())
+    del content["verdict"]  # as earlier versions wrote it
+    path.write_text(json.dumps(content))
+    assert read_model(path) == model.model_copy(update={"verdict": None})
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from acf_jax.simulator.peak import Force
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 RIG = ("m", "d", "k_f", "k_c")
+COARSEST = 0.2  # omega h; a coarser grid understates a peak by more than 0.1 %
 
 
 class ContactPeak(NamedTuple):
@@ -76,7 +77,8 @@ class Simulated(AbstractPeak):
 
     The body's stiffness is in series with k_C where no effect acts at the contact; otherwise it is left out, which
     makes the contact stiffer and the force higher. The body's recoil is simulated. A force that is largest at
-    the end of the window still rises: it has no peak.
+    the end of the window still rises: it has no peak. Nor has a contact too stiff for the shortest step, which would
+    miss its top.
     """
 
     effects: tuple[str, ...] = eqx.field(static=True)
@@ -96,7 +98,8 @@ class Simulated(AbstractPeak):
         h = jnp.maximum(jnp.minimum(self.longest_step, STEP_PER_RADIAN / stiffest), LONGEST / (SAMPLES - 4))
         recoil = Recoil(jnp.asarray(body.mobility))
         effects = [*effects, recoil]
-        return largest_force(rig, Impact(z[-2], z[-1]), effects, jax.lax.stop_gradient(h), LONGEST, which)
+        found = largest_force(rig, Impact(z[-2], z[-1]), effects, jax.lax.stop_gradient(h), LONGEST, which)
+        return found._replace(exists=found.exists & (stiffest * h <= COARSEST))
 
     def credits_stiffness(self) -> bool:
         return all(component_of(name) != "contact" for name in self.effects)

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -22,6 +22,7 @@ RIG_BOUNDS = (
     (1.0, 1e11),
 )  # far beyond what a data set may state, SI units
 ROUNDING = 1e-6
+Verdict = Literal["no_gap", "identified", "ambiguous", "unknown", "insufficient_data"]
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -66,6 +67,7 @@ class GapModel(BaseModel):
     sample_rate_hz: float = Field(ge=1, le=1e7)
     v_range: Between  # m/s, contact velocities of the trials
     f_p_range: Between  # N, pretensions of the trials
+    verdict: Verdict | None = None  # of the diagnosis; files of earlier versions have none
 
 
 def variant(fitted: Fit, probability: float) -> Variant:
@@ -111,12 +113,13 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         sample_rate_hz=float(1 / np.median(interval)) if interval.size else 10e3,
         v_range=(float(o.v_e.min()), float(o.v_e.max())),
         f_p_range=(float(o.f_p.min()), float(o.f_p.max())),
+        verdict=cast(Verdict, d.verdict),
     )
 
 
 def write_model(model: GapModel) -> str:
     """The text of `model.json`."""
-    return json.dumps(model.model_dump(mode="json", by_alias=True), indent=1) + "\n"
+    return json.dumps(model.model_dump(mode="json", by_alias=True, exclude_none=True), indent=1) + "\n"
 
 
 def read_model(path: Path) -> GapModel:
