@@ -144,6 +144,22 @@ def test_check_of_a_table_names_the_first_offending_row(call, tmp_path):
     assert [{k: row[k] for k in asked[0]} for row in found] == asked
     assert [row["verdict"] for row in found] == ["allowed"] * 4 + ["not allowed"]
     assert [row["pressure_verdict"] for row in found][2] == "not decided"
+    assert [row["decided_body_area"] for row in found][2:] == [
+        "Sternum",
+        "Deltoid muscle",
+        "Masticatory muscle",
+    ]
+    assert "All rows take for granted that" in result.output and "no sensor's reading" in result.output
+    blank = tmp_path / "blank.csv"
+    blank.write_text("\n" + (CONFIGS / "situations.csv").read_text())
+    call("check", "--model", RIG, "--situations", blank, "--out", out)
+    assert list(csv.DictReader(out.read_text().splitlines())) == found
+    rig = tmp_path / "untried.yaml"
+    rig.write_text("rig: {m: 1.9, d: 60, k_f: 800, k_c: 6.0e4}\n")
+    result = call("check", "--model", rig, "--situations", blank, "--out", out)
+    found = list(csv.DictReader(out.read_text().splitlines()))
+    assert "caution: range unknown" in result.output
+    assert ["range unknown" in row["cautions"] for row in found] == [True] * 4 + [False]
 
 
 def test_check_with_a_corrected_model_and_own_limits(call, tmp_path):
@@ -184,6 +200,11 @@ def test_check_lists_all_faults_at_once(call, tmp_path):
     )
     found = faults(call, "check", "--model", rig, *PALM)
     for part in ("relative_std.q", "relative_std.m", "tried.v_e", "tried.f_p", "x: is not known"):
+        assert part in found
+    rig.write_text("rig: {m: 1900, d: 60, k_f: 800, k_c: 60}\ntried: {v_e: [20, 1500], f_p: [20, 120]}\n")
+    found = faults(call, "check", "--model", rig, *PALM[:4], "--v-e", "200", "--f-p", "0.06")
+    for part in ("rig.m: must be at most", "if it is in N/mm, multiply by 1000", "tried.v_e: must be at most",
+                 "--v-e must be at most 5 m/s", "--f-p must be at least 1 N"):  # fmt: skip
         assert part in found
     assert not list(tmp_path.glob("*.csv.*"))
 

@@ -1,15 +1,20 @@
 """Verdicts: what is allowed, what is not, and what cannot be decided."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 import jax
+import numpy as np
 import pytest
 
-from acf_jax.contact.model import ContactModel
+from acf_jax.contact.model import ContactModel, draw_forces
 from acf_jax.contact.read import of_diagnosis, of_rig
+from acf_jax.errors import InputError
 from acf_jax.safety.check import Checker, assumptions, body_of, limits_of
-from acf_jax.safety.limits import read_limits
-from acf_jax.safety.situation import Situation
+from acf_jax.safety.limits import BodyArea, read_limits
+from acf_jax.safety.situation import Situation, read_situations
 from acf_jax.surrogate import load_surrogate
-from tests.corrected import gap_model
+from tests.corrected import gap_model, variant
 
 RIG = {"m": 1.9, "d": 60.0, "k_f": 800.0, "k_c": 6e4}
 STD = {"m": 0.02, "k_c": 0.05, "v_e": 0.005, "f_p": 0.01}
@@ -29,7 +34,7 @@ def situation(
 
 def test_verdicts_on_either_side_of_the_limit_and_between(checker: Checker) -> None:
     s = situation(contact="quasi_static")
-    top = checker.highest_speed(s)
+    top = checker.highest_speed(s).v
     assert top is not None and checker(s._replace(v_e=top)).verdict == "allowed"
     above = checker(s._replace(v_e=top * 1.001))
     assert above.verdict == "not decidable" and "confidence" in above.reasons[0]
@@ -40,8 +45,10 @@ def test_verdicts_on_either_side_of_the_limit_and_between(checker: Checker) -> N
 
 def test_factor_belongs_to_the_limit_and_not_to_the_force(checker: Checker) -> None:
     clamped, free = situation(contact="quasi_static"), situation()
-    assert limits_of(clamped) == (150, 190) and limits_of(free) == (300, 380)
-    assert body_of(clamped).mobility == 0 and body_of(free).mobility == pytest.approx(1 / 3)
+    (area,) = free.areas
+    assert limits_of(area, "quasi_static") == (150, 190) and limits_of(area, "transient") == (300, 380)
+    assert body_of(area, "quasi_static").mobility == 0
+    assert body_of(area, "transient").mobility == pytest.approx(1 / 3)
     a, b = checker(clamped), checker(free)
     assert a.force is not None and b.force is not None and b.force < a.force
 
@@ -67,7 +74,10 @@ def test_nothing_is_allowed_by_extrapolation() -> None:
     for s in (situation(v=0.31), situation(v=0.01), situation(f=91.0)):
         answer = tried(s)
         assert answer.verdict == "not decidable" and "extrapolation" in answer.reasons[0]
-    assert tried.highest_speed(situation("Kneecap")) == 0.3
+    assert tried.highest_speed(situation("Kneecap")) == (0.3, "tried range") and not answer.cautions
+    untried = Checker(of_rig(RIG, {}))
+    assert untried.highest_speed(situation("Kneecap"), up_to=0.4) == (0.4, "search")
+    assert "range unknown" in untried(situation()).cautions[0]
 
 
 def test_a_force_without_a_first_peak_is_not_decidable() -> None:
@@ -88,7 +98,7 @@ def test_surrogate_and_exact_model_agree_and_the_exact_one_decides_near_the_limi
             deciders.add(a.decided_by)
     assert "surrogate" in deciders
     s = situation(contact="quasi_static")
-    near = checker(s._replace(v_e=checker.highest_speed(s) or 0.0))
+    near = checker(s._replace(v_e=checker.highest_speed(s).v or 0.0))
     assert near.decided_by == "exact model"
 
 
@@ -109,5 +119,154 @@ def test_corrected_model_checks_the_contact_force_not_the_sensors() -> None:
     answer = Checker(model, load_surrogate())(situation(v=0.2, f=70.0))
     assert answer.verdict == "allowed" and answer.decided_by == "simulation"
     assert Checker(model)(situation(v=0.5, f=70.0)).verdict == "not decidable"
-    said = "\n".join(assumptions(model, situation(), 0.975))
-    assert "no sensor's reading" in said and "30 N/mm act in series" in said
+    (area,) = situation().areas
+    said = "\n".join(assumptions(model, situation(), area, 0.975))
+    assert "no sensor's reading" in said and "30 N/mm act in series" in said and "21.8 N/mm in all" in said
+
+
+def area(**values: float | str | None) -> BodyArea:
+    return LIMITS.find("22")[0]._replace(**values)
+
+
+def test_the_worst_of_all_areas_that_a_name_means_decides(checker: Checker) -> None:
+    back = area(name="Back", force=100.0, pressure=None, pressure_factor=None)
+    finger = area(name="Finger", force=110.0, pressure=50.0, force_factor=1.0, pressure_factor=1.0)
+    s = Situation("", (back, finger), "transient", 0.5, 60.0, contact_area=1.0)
+    assert checker(s._replace(areas=(back,))).verdict == "allowed"
+    for areas in ((back, finger), (finger, back)):
+        answer = checker(s._replace(areas=areas))
+        assert answer.verdict == "not allowed" and answer.area.name == "Finger"
+    face = checker(s._replace(areas=(back, LIMITS.find("face")[0])))
+    assert face.verdict == "not allowed" and face.decided_by == "rule"
+
+
+def test_a_pretension_above_the_lasting_limit_is_not_decidable(checker: Checker) -> None:
+    answer = checker(situation("Palm (dominant side)", v=0.05, f=250.0))
+    assert answer.verdict == "not decidable" and "lasting limit of 140 N" in answer.reasons[0]
+    # 139 N by themselves, but up to 141.7 N with their uncertainty
+    assert checker(situation("Palm (dominant side)", v=0.05, f=139.0)).verdict == "not decidable"
+    assert checker(situation("Palm (dominant side)", v=0.05, f=136.0)).verdict == "allowed"
+    pressed = checker(situation("Palm (dominant side)", v=0.05, f=100.0, contact_area=0.35))
+    assert pressed.verdict == "not decidable" and "lasting limit of 260 N/cm^2" in pressed.reasons[0]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"v_e": -3.0}, {"v_e": np.nan}, {"v_e": np.inf}, {"v_e": 250.0}, {"f_p": -100.0}, {"f_p": 0.06},
+        {"contact_area": -1.0}, {"contact_area": 0.0}, {"contact_area": np.nan}, {"contact_area": 2e4},
+        {"contact": "quasi-static"}, {"moving_mass": 20.0}, {"areas": ()},
+    ],
+)  # fmt: skip
+def test_a_situation_that_cannot_be_is_refused(checker: Checker, wrong: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        checker(situation()._replace(**wrong))
+
+
+def test_a_checker_refuses_single_precision_and_an_odd_confidence() -> None:
+    for confidence in (0.01, 0.99999, np.nan):
+        with pytest.raises(ValueError, match="confidence"):
+            Checker(of_rig(RIG, {}), confidence=confidence)
+    with jax.enable_x64(False), pytest.raises(ValueError, match="double precision"):
+        Checker(of_rig(RIG, {}))
+
+
+def test_a_diagnosis_verdict_weakens_the_checks() -> None:
+    def ask(verdict: str) -> tuple[str, tuple[str, ...]]:
+        gap = gap_model().model_copy(update={"verdict": verdict})
+        answer = Checker(of_diagnosis(gap))(situation(v=0.2, f=70.0))
+        return answer.verdict, (*answer.reasons, *answer.cautions)
+
+    assert ask("identified")[0] == "allowed" and len(ask("identified")[1]) == 1
+    verdict, said = ask("unknown")
+    assert verdict == "allowed" and "fitted freely" in said[1]
+    verdict, said = ask("insufficient_data")
+    assert verdict == "not decidable" and "too little data" in said[0]
+
+
+def exceeded(checker: Checker, s: Situation, draws: int, seed: int = 1) -> float:
+    """The share of drawn forces above what the check says is not exceeded."""
+    upper, z, body = checker(s).upper, checker.model.at(s.v_e, s.f_p), body_of(s.areas[0], s.contact)
+    found, exists = draw_forces(checker.model, z, body, draws, seed)
+    return float(((found > (upper or 0.0)) | ~exists).mean())
+
+
+@pytest.mark.parametrize("weight", [0.05, 0.49])
+def test_confidence_holds_over_a_second_explanation(weight: float) -> None:
+    """The other's force is far above the main one's: by gravity, 60 N instead of 8 N."""
+    gap = gap_model(alternatives=(variant(("gravity",), (-60.0,), weight),))
+    main = gap.corrected.model_copy(update={"probability": 1 - weight})
+    checker = Checker(of_diagnosis(gap.model_copy(update={"corrected": main})))
+    s = situation("Palm (dominant side)", "quasi_static", 0.2, 70.0)
+    assert 0.012 < exceeded(checker, s, 2000) < 0.0355, "three standard errors on either side"
+    above = s._replace(areas=(area(force=(checker(s).force or 0.0) + 5.0),))
+    assert checker(above).verdict == "not decidable"
+
+
+def test_a_peak_that_another_explanation_lacks_is_not_decidable() -> None:
+    """A contact that another explanation finds too stiff for the simulation."""
+    other = variant((), (), 0.05)
+    stiff = other.model_copy(update={"theta": (0.05, *other.theta[1:3], 1e8)})
+    s = situation(v=0.2, f=70.0)._replace(areas=(area(stiffness=1e9),))
+    answer = Checker(of_diagnosis(gap_model(alternatives=(stiff,))))(s)
+    assert answer.verdict == "not decidable" and "explanations" in answer.reasons[0]
+
+
+@pytest.mark.parametrize(
+    "std, v, f_p",
+    [
+        ({"m": 0.02, "d": 0.2, "k_f": 0.2, "k_c": 0.05, "v_e": 0.005, "f_p": 0.01}, 0.2, 60.0),
+        ({"v_e": 0.5}, 0.05, 100.0),  # the force grows faster than the velocity
+        ({"d": 0.5}, 0.2, 60.0),
+        ({"m": 0.2, "k_c": 0.2, "v_e": 0.2, "f_p": 0.2}, 0.4, 20.0),  # much like a product
+    ],
+)
+def test_confidence_holds_over_large_uncertainty(std: dict[str, float], v: float, f_p: float) -> None:
+    checker = Checker(of_rig(RIG, std))
+    found = exceeded(checker, situation("Palm (dominant side)", "quasi_static", v, f_p), 50_000)
+    assert 0.01 < found < 0.0271, "three standard errors above 0.025"
+    is_large = max(std.values()) > 0.2
+    assert any("vary by more than 20%" in caution for caution in checker.cautions) == is_large
+
+
+def test_a_peak_that_the_uncertainty_takes_away_is_not_decidable() -> None:
+    rig = RIG | {"d": 300.0}
+    s = situation("Palm (dominant side)", "quasi_static", 1.0, 10.0)
+    assert Checker(of_rig(rig, {}))(s).upper is not None
+    answer = Checker(of_rig(rig, {"d": 0.5, "k_f": 0.5}))(s)
+    assert answer.verdict == "not decidable" and "leave open" in answer.reasons[0]
+
+
+Ask = Callable[[str], str]
+
+
+@pytest.fixture
+def ask(tmp_path: Path) -> Ask:
+    """The faults of a table of situations."""
+
+    def told(text: str) -> str:
+        (tmp_path / "situations.csv").write_text(text)
+        with pytest.raises(InputError) as caught:
+            read_situations(tmp_path / "situations.csv", LIMITS)
+        return "\n".join(caught.value.faults)
+
+    return told
+
+
+NEEDED = "situation,body_area,contact,contact_velocity_m_per_s,pretension_n"
+
+
+def test_a_misspelt_column_is_a_fault_and_a_note_is_none(ask: Ask, tmp_path: Path) -> None:
+    for column, meant in (("contact_area_mm2", "contact_area_cm2"), ("Contact_Area", "contact_area_cm2"),
+                          ("robot_mass", "robot_mass_kg"), ("payload", "payload_kg")):  # fmt: skip
+        assert f"did you mean '{meant}'" in ask(f"{NEEDED},{column}\na,palm,transient,0.2,60,20\n")
+    (tmp_path / "noted.csv").write_text(f"\n{NEEDED},note\n\na,palm,transient,0.2,60,x\n")
+    (found,) = read_situations(tmp_path / "noted.csv", LIMITS)
+    assert len(found.areas) == 2 and found.row == 4
+
+
+def test_rows_in_another_unit_and_half_given_are_faults(ask: Ask) -> None:
+    text = f"{NEEDED},contact_area_cm2,robot_mass_kg\n,palm,transient,200,0.06,200,20\n"
+    for part in ("situation is empty", "mm/s, divide by 1000", "kN, multiply by 1000", "mm^2, divide by 100",
+                 "belong together"):  # fmt: skip
+        assert part in ask(text)

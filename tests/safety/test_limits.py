@@ -12,19 +12,28 @@ from acf_jax.safety.limits import SHIPPED, read_limits
 def test_shipped_table_holds_the_standards_29_areas() -> None:
     limits = read_limits()
     assert len(limits.areas) == 29
-    chest = limits.find("Sternum")
+    (chest,) = limits.find("Sternum")
     assert (chest.force, chest.pressure, chest.stiffness, chest.mass) == (140, 120, 25e3, 40)
     assert {a.region for a in limits.areas if not a.is_permissible} == {"Skull and forehead", "Face"}
 
 
-def test_areas_are_found_by_number_name_and_region_and_the_strictest_is_meant() -> None:
+def test_a_name_means_every_area_that_it_can_mean_within_one_region() -> None:
     limits = read_limits()
-    assert limits.find("22").name == "Palm (dominant side)"
-    assert limits.find("palm").region == "Hands and fingers"
-    assert limits.find("hands and fingers").pressure == 190  # back of the hand, non-dominant side
-    assert limits.find("chest").pressure == 120
+    assert [a.name for a in limits.find("22")] == ["Palm (dominant side)"]
+    assert {a.pressure for a in limits.find("palm")} == {260}
+    hand = limits.find("hands and fingers")
+    assert len(hand) == 9 and limits.find("hand") == hand
+    assert {a.name for a in limits.find("thigh")} == {"Thigh muscle", "Kneecap"}
     with pytest.raises(InputError, match="did you mean 'Kneecap'"):
         limits.find("kneecup")
+    for name in ("f", "t", ""):
+        with pytest.raises(InputError, match="known are"):
+            limits.find(name)
+    for name, other in (("back", "Back of the hand"), ("arm", "Upper arms"), ("lower", "Lower legs")):
+        with pytest.raises(InputError, match=f"can mean.*{other}"):
+            limits.find(name)
+    with pytest.raises(InputError, match="never permissible"):
+        limits.find("head")
 
 
 def test_speed_formula_at_the_standards_values() -> None:
@@ -34,17 +43,43 @@ def test_speed_formula_at_the_standards_values() -> None:
     assert standard.highest_speed(220, 10e3, 40, mass) == pytest.approx(0.63, abs=0.005)
 
 
-def test_own_limits_replace_the_standards_but_never_free_the_head(tmp_path: Path) -> None:
-    text = SHIPPED.read_text()
+HEADER = SHIPPED.read_text().splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "Face,Masticatory muscle,65,110,2,2,75,4.4,3,,,",
+        "Other,Masticatory muscle,65,110,2,2,75,4.4,,,,",
+        "Kopf,Hinten,130,130,2,2,150,4.4,,,,",
+        "Other,Head_front,130,130,2,2,150,4.4,,,,",
+        "Other,EarLobes,65,110,2,2,75,4.4,,,,",
+        "Other,Nose 2,65,110,2,2,75,4.4,,,,",
+        "Other,Anything,65,110,2,2,75,4.4,2,,,",  # the number of the standard's temple
+    ],
+)
+def test_own_limits_never_free_the_head(tmp_path: Path, row: str) -> None:
     own = tmp_path / "own.csv"
-    own.write_text(text.replace("Face,Masticatory muscle,65,110,,,", "Face,Masticatory muscle,65,110,2,2,"))
-    assert not read_limits(own).find("Masticatory muscle").is_permissible
+    own.write_text(f"{HEADER}\n{row}\nHand,Surface of the forearm,140,190,2,2,75,0.6,9,,,\n")
+    areas = read_limits(own).areas
+    assert [a.is_permissible for a in areas] == [False, True]
+
+
+def test_own_limits_are_compared_with_the_standards(tmp_path: Path) -> None:
+    own = tmp_path / "own.csv"
+    own.write_text(
+        f"{HEADER}\nLegs,Kneecap,200,200,2,1.5,50,75,,,,\nLegs,Shin pad,500,,2,,50,75,,,,\n"
+        "Chest,Sternum,150,,2,,25,40,,,,\n"
+    )
+    lower, new, above = (a.caution for a in read_limits(own).areas)
+    assert lower == "" and "no area of ISO/TS 15066" in new
+    for part in ("150 for 140 N clamped", "300 for 280 N transient", "no limit for 120 N/cm^2 clamped"):
+        assert part in above
 
 
 def test_every_fault_of_own_limits_is_listed(tmp_path: Path) -> None:
-    header = SHIPPED.read_text().splitlines()[0]
     own = tmp_path / "own.csv"
-    own.write_text(f"{header}\nHand,Palm,strong,1,2,2,75,0.6,1,,,\nHand,,140,1,2,2,-75,0.6,1,,,\n")
+    own.write_text(f"{HEADER}\nHand,Palm,strong,1,2,2,75,0.6,1,,,\nHand,,140,1,2,2,-75,0.6,1,,,\n")
     with pytest.raises(InputError) as caught:
         read_limits(own)
     faults = "\n".join(caught.value.faults)
@@ -56,6 +91,10 @@ def test_every_fault_of_own_limits_is_listed(tmp_path: Path) -> None:
         "spring_constant_n_mm",
     ):
         assert part in faults
-    own.write_text(f"{header}\nHand,Palm,140,1,2,2,75,0.6,1,,,\nHand,palm,140,1,2,2,75,0.6,1,,,\n")
+    own.write_text(f"{HEADER}\nHand,Palm,140,1,2,2,75,0.6,1,,,\nHand,palm,140,1,2,2,75,0.6,1,,,\n")
     with pytest.raises(InputError, match="2 times"):
         read_limits(own)
+    own.write_text(f"{HEADER}\nHand,Palm,140000,1900,20,200,75000,600,,,,\n")
+    with pytest.raises(InputError) as caught:
+        read_limits(own)
+    assert len(caught.value.faults) == 6, "six values in another unit"

@@ -117,10 +117,10 @@ def test_the_check_asks_the_surrogate_and_falls_back_to_the_simulation(finished:
     quick, exact = Checker(model, surrogate), Checker(model)
     limits = read_limits()
 
-    chest = limits.find("Sternum")._replace(stiffness=1.5e5)  # with the pad still inside the box
+    chest = limits.find("Sternum")[0]._replace(stiffness=1.5e5)  # with the pad still inside the box
 
     def ask(checker: Checker, v: float):
-        return checker(Situation("", chest, "transient", v, 70.0))
+        return checker(Situation("", (chest,), "transient", v, 70.0))
 
     for v in (0.08, 0.2, 0.34):
         a, b = ask(quick, v), ask(exact, v)
@@ -128,11 +128,11 @@ def test_the_check_asks_the_surrogate_and_falls_back_to_the_simulation(finished:
         assert a.verdict == b.verdict and a.upper >= b.upper
         assert a.upper == pytest.approx(b.upper, rel=0.05)
     assert ask(quick, 0.36).verdict == "not decidable", "outside the trials nothing is allowed"
-    soft = Situation("", chest._replace(stiffness=5e3), "transient", 0.2, 70.0)
+    soft = Situation("", (chest._replace(stiffness=5e3),), "transient", 0.2, 70.0)
     assert quick(soft).decided_by == "simulation" and quick(soft).verdict == exact(soft).verdict
     near = ask(quick, 0.2)
-    area = near.situation.area._replace(force=near.upper / 2.0, force_factor=2.0)
-    assert quick(near.situation._replace(area=area)).decided_by == "simulation"
+    area = near.area._replace(force=near.upper / 2.0, force_factor=2.0)
+    assert quick(near.situation._replace(areas=(area,))).decided_by == "simulation"
 
 
 def test_design_adds_the_bound_and_knows_no_peak_outside(finished: Path) -> None:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from acf_jax.files import read_text
 
 if TYPE_CHECKING:
-    from acf_jax.safety.check import Answer, Checker
+    from acf_jax.safety.check import Answer, Checker, HighestSpeed
     from acf_jax.safety.limits import Limits
 
 ADDED = (
+    "decided_body_area",
     "verdict",
     "reason",
     "peak_force_n",
@@ -24,21 +25,23 @@ ADDED = (
     "pressure_verdict",
     "standard_v_max_m_per_s",
     "decided_by",
+    "cautions",
 )
 NO_AREA = "not decided"
 
 
 def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
     """What a person reads of one verdict."""
-    from acf_jax.safety.check import STATEMENT, assumptions
+    from acf_jax.safety.check import STATEMENT
 
     a, s = answer, answer.situation
     kind = "transient" if s.contact == "transient" else "quasi-static"
     lines = [
-        f"{a.verdict.capitalize()}: {s.area.name} ({s.area.region}), {kind} contact at {s.v_e:g} m/s with"
+        f"{a.verdict.capitalize()}: {a.area.name} ({a.area.region}), {kind} contact at {s.v_e:g} m/s with"
         f" {s.f_p:g} N of pretension"
     ]
     lines += [f"  because  {reason}" for reason in a.reasons if a.verdict != "allowed"]
+    lines += [f"  caution  {caution}" for caution in a.cautions]
     if a.force_limit is not None:
         if a.force is not None:
             lines.append(
@@ -46,9 +49,7 @@ def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
                 f" {checker.confidence:g}; limit {a.force_limit:g} N"
             )
         lines.append(f"  pressure {_pressure(a)}")
-        highest = checker.highest_speed(s)
-        shown = "none" if highest is None else f"{math.floor(highest * 1e3) / 1e3:.3f} m/s"
-        lines.append(f"  highest allowed velocity here, by this model: {shown}")
+        lines.append(f"  highest allowed velocity here, by this model: {_highest(checker.highest_speed(s))}")
         lines.append(f"  ISO/TS 15066's own formula: {_standard(a)}")
         if a.standard_speed is not None and s.v_e > a.standard_speed:
             lines.append(
@@ -56,8 +57,17 @@ def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
             )
         lines.append(f"  decided by the {a.decided_by}; limits of {limits.source}")
         lines.append("It takes for granted that")
-        lines += [f"  - {line}" for line in assumptions(checker.model, s, checker.confidence)]
+        lines += [f"  - {line}" for line in _assumptions(a, checker)]
     return "\n".join([*lines, STATEMENT])
+
+
+def _highest(found: "HighestSpeed") -> str:
+    if found.v is None:
+        return "none"
+    speed = f"{math.floor(found.v * 1e3) / 1e3:.3f} m/s"  # not rounded up: what is shown is allowed
+    return (
+        speed if found.ended_by == "verdict" else f"{speed} and perhaps more, the {found.ended_by} ends there"
+    )
 
 
 def _pressure(a: "Answer") -> str:
@@ -88,17 +98,19 @@ def pressure_verdict(a: "Answer") -> str:
 
 def document(answer: "Answer", checker: "Checker", limits: "Limits", alone: bool) -> dict[str, Any]:
     """One verdict for programs; with the highest allowed velocity, which takes a search, where it stands alone."""
-    from acf_jax.safety.check import STATEMENT, assumptions
+    from acf_jax.safety.check import STATEMENT
 
     a, s = answer, answer.situation
+    highest = checker.highest_speed(s) if alone and a.force_limit is not None else None
     return {
         "schema": "acf-check/1",
         "situation": s.name or None,
         "verdict": a.verdict,
         "pressure_verdict": pressure_verdict(a) if a.force_limit is not None else "not allowed",
         "reasons": list(a.reasons),
-        "body_region": s.area.region,
-        "body_area": s.area.name,
+        "cautions": list(a.cautions),
+        "body_region": a.area.region,
+        "body_area": a.area.name,
         "contact": s.contact,
         "contact_velocity_m_per_s": s.v_e,
         "pretension_n": s.f_p,
@@ -108,25 +120,37 @@ def document(answer: "Answer", checker: "Checker", limits: "Limits", alone: bool
         "force_limit_n": a.force_limit,
         "pressure_not_exceeded_n_cm2": a.pressure,
         "pressure_limit_n_cm2": a.pressure_limit,
-        "highest_allowed_velocity_m_per_s": checker.highest_speed(s) if alone and a.force_limit else None,
+        "highest_allowed_velocity_m_per_s": highest.v if highest else None,
+        "highest_allowed_velocity_ended_by": highest.ended_by if highest else None,
         "standard_v_max_m_per_s": a.standard_speed,
         "decided_by": a.decided_by,
         "limits": limits.source,
         "model": checker.model.source,
-        "assumptions": assumptions(checker.model, s, checker.confidence) if a.force_limit is not None else [],
+        "assumptions": _assumptions(a, checker),
         "statement": STATEMENT,
     }
 
 
+def _assumptions(a: "Answer", checker: "Checker") -> list[str]:
+    from acf_jax.safety.check import assumptions
+
+    return (
+        assumptions(checker.model, a.situation, a.area, checker.confidence)
+        if a.force_limit is not None
+        else []
+    )
+
+
 def table(situations: Path, answers: Sequence["Answer"]) -> str:
     """The situations' own columns, row by row, with the verdicts behind them."""
-    records = list(csv.reader(io.StringIO(read_text(situations))))
     by_line = {a.situation.row: a for a in answers}
     lines = csv.reader(io.StringIO(read_text(situations)))
+    header = next(cells for cells in lines if any(cell.strip() for cell in cells))
+    while not header[-1].strip():
+        header.pop()
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    header = [cell.strip() for cell in records[0]]
-    writer.writerow([*header, *ADDED])
+    writer.writerow([*(cell.strip() for cell in header), *ADDED])
     for cells in lines:
         if (answer := by_line.get(lines.line_num)) is not None:
             writer.writerow([*(cell.strip() for cell in cells[: len(header)]), *_cells(answer)])
@@ -138,11 +162,12 @@ def _cells(a: "Answer") -> list[str]:
     shown = ["" if x is None else f"{x:.6g}" for x in numbers]
     decided = pressure_verdict(a) if a.force_limit is not None else "not allowed"
     speed = "" if a.standard_speed is None else f"{a.standard_speed:.4g}"
-    return [a.verdict, "; ".join(a.reasons), *shown, decided, speed, a.decided_by]
+    told = [a.area.name, a.verdict, "; ".join(a.reasons), *shown, decided, speed, a.decided_by]
+    return [*told, "; ".join(a.cautions)]
 
 
-def summary(out: Path, answers: Sequence["Answer"], limits: "Limits") -> str:
-    """How a table of situations came out, and the first row that stands in the way."""
+def summary(out: Path, answers: Sequence["Answer"], checker: "Checker", limits: "Limits") -> str:
+    """How a table of situations came out, the first row that stands in the way, and what all rows rest on."""
     from acf_jax.safety.check import STATEMENT
 
     counts = {v: sum(a.verdict == v for a in answers) for v in ("allowed", "not allowed", "not decidable")}
@@ -150,8 +175,21 @@ def summary(out: Path, answers: Sequence["Answer"], limits: "Limits") -> str:
     first = next((a for a in answers if a.verdict != "allowed"), None)
     if first is not None:
         s = first.situation
-        lines.append(f"first that is not allowed: row {s.row}, '{s.name}', {s.area.name}: {first.reasons[0]}")
-    undecided = sum(pressure_verdict(a) == NO_AREA for a in answers if a.force_limit is not None)
-    if undecided:
-        lines.append(f"pressure is not decided in {undecided} of them: no contact area is given")
+        lines.append(
+            f"first that is not allowed: row {s.row}, '{s.name}', {first.area.name}: {first.reasons[0]}"
+        )
+    asked = [a for a in answers if a.force_limit is not None]
+    without_limit = sum(a.pressure_limit is None for a in asked)
+    without_area = sum(a.situation.contact_area is None for a in asked if a.pressure_limit is not None)
+    if without_area:
+        lines.append(f"pressure is not decided in {without_area} of them: no contact area is given")
+    if without_limit:
+        lines.append(f"pressure is not decided in {without_limit} of them: the limits name none")
+    for caution in dict.fromkeys(caution for a in asked for caution in a.cautions):
+        lines.append(f"caution: {caution}")
+    rows = [_assumptions(a, checker) for a in asked]
+    if rows:
+        lines.append("All rows take for granted that")
+        lines += [f"  - {line}" for line in rows[0] if all(line in row for row in rows)]
+        lines.append("and each what --json lists with it")
     return "\n".join([*lines, f"{out}: every verdict, by the limits of {limits.source}", STATEMENT])

@@ -1,8 +1,6 @@
 """`python -m acf_jax check`: whether a contact with a person stays within the limits of ISO/TS 15066."""
 
-import math
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -27,7 +25,8 @@ NEEDED = ("--body-area", "--contact", "--v-e", "--f-p")
 )
 @click.option("--out", type=click.Path(path_type=Path), help="CSV file for the table's verdicts.")
 @click.option(
-    "--body-area", help="Number or name of an area of the limits file, or of a region: its strictest area."
+    "--body-area",
+    help="Number or name of an area of the limits file, or of a region: every area of it is checked.",
 )
 @click.option(
     "--contact", type=click.Choice(["transient", "quasi_static"]), help="Free to recoil, or clamped."
@@ -78,11 +77,13 @@ def command(
     nor a risk assessment. docs/safety.md explains the answer.
     """
     from acf_jax.safety.limits import read_limits
-    from acf_jax.safety.situation import Contact, Situation, read_situations
+    from acf_jax.safety.situation import CONFIDENCE, Contact, Situation, read_situations
 
     faults: list[str] = []
-    if not 0.5 <= confidence <= 0.9999:
-        faults.append(f"--confidence must lie between 0.5 and 0.9999, but is {confidence!r}")
+    if not CONFIDENCE[0] <= confidence <= CONFIDENCE[1]:
+        faults.append(
+            f"--confidence must lie between {CONFIDENCE[0]} and {CONFIDENCE[1]}, but is {confidence!r}"
+        )
     file = limits = None
     asked: tuple[Situation, ...] = ()
     try:
@@ -116,10 +117,10 @@ def command(
             faults.append("--out belongs to --situations; remove it, or use --json")
         if limits is not None and body_area is not None:
             try:
-                area = limits.find(body_area)
+                areas = limits.find(body_area)
                 masses = (contact_area_cm2, robot_mass_kg, payload_kg)
                 kind: Contact = "transient" if contact == "transient" else "quasi_static"
-                asked = (Situation("", area, kind, v_e or 0.0, f_p or 0.0, *masses),)
+                asked = (Situation("", areas, kind, v_e or 0.0, f_p or 0.0, *masses),)
             except InputError as error:
                 faults += [f"--{fault.replace('body area', 'body-area', 1)}" for fault in error.faults]
     if faults or file is None or limits is None:
@@ -143,7 +144,7 @@ def command(
         documents = [words.document(a, checker, limits, alone=situations is None) for a in answers]
         echo_json(documents[0] if situations is None else {"situations": documents})
     elif out is not None:
-        click.echo(words.summary(out, answers, limits))
+        click.echo(words.summary(out, answers, checker, limits))
     else:
         click.echo(words.text(answers[0], checker, limits))
     if any(a.verdict != "allowed" for a in answers):
@@ -153,15 +154,13 @@ def command(
 def _number_faults(
     v_e: float | None, f_p: float | None, area: float | None, mass: float | None, payload: float | None
 ) -> list[str]:
-    def fault(name: str, value: Any, least: str, is_sound: bool) -> list[str]:
-        is_number = value is None or (math.isfinite(value) and is_sound)
-        return [] if is_number else [f"{name} must be a number, finite and {least}, but is {value!r}"]
+    from acf_jax.safety.situation import LIMITS, quantity_fault
 
-    found = fault("--v-e", v_e, "zero or positive, in m/s", (v_e or 0) >= 0)
-    found += fault("--f-p", f_p, "zero or positive, in N", (f_p or 0) >= 0)
-    found += fault("--contact-area-cm2", area, "positive, in cm^2", area is None or area > 0)
-    found += fault("--robot-mass-kg", mass, "positive, in kg", mass is None or mass > 0)
-    found += fault("--payload-kg", payload, "zero or positive, in kg", (payload or 0) >= 0)
+    names = ("--v-e", "--f-p", "--contact-area-cm2", "--robot-mass-kg", "--payload-kg")
+    given = zip(names, LIMITS, (v_e, f_p, area, mass, payload), strict=True)
+    found = [
+        f"{name} {fault}" for name, quantity, value in given if (fault := quantity_fault(quantity, value))
+    ]
     if (mass is None) != (payload is None):
         found.append("--robot-mass-kg and --payload-kg belong together; give both or neither")
     return found

@@ -39,10 +39,18 @@ class ContactModel(eqx.Module):
     form_error: float  # relative standard deviation of a peak: what the law itself misses
     tried: tuple[Range, Range] | None = eqx.field(static=True)  # v_E and F_P of the trials behind it
     source: str = eqx.field(static=True)
+    verdict: str | None = eqx.field(static=True, default=None)  # of the diagnosis behind it
 
     def at(self, v_e: float, f_p: float) -> np.ndarray:
         """z at the parameters' best values."""
         return np.array([*self.main.theta, v_e, f_p])
+
+    def relative_of(self, v: Variant) -> np.ndarray:
+        """`relative` for z of one of the explanations: the extra parameters of one beside the main have none."""
+        if v is self.main:
+            return self.relative
+        own = np.zeros(len(v.theta) - len(RIG))
+        return np.r_[self.relative[: len(RIG)], own, self.relative[-2:]]
 
     def is_extrapolated(self, z: np.ndarray) -> list[str]:
         """What of v_E and F_P lies outside the tried range; nothing where no trials are known."""
@@ -83,7 +91,7 @@ def spread(model: ContactModel, z: Float[Array, " p"], body: Body) -> tuple[Cont
     own = jnp.append(jnp.asarray(main.covariance) @ gradient[:-2], jnp.zeros(2))
     shares = gradient * own + (gradient * jnp.asarray(model.relative) * z) ** 2
     weights = jnp.array([main.weight, *(v.weight for v in model.others)])
-    forces = jnp.stack([peak.force, *(v.peak(_beside(main, v, z), body).force for v in model.others)])
+    forces = jnp.stack([peak.force, *(v.peak(beside(main, v, z), body).force for v in model.others)])
     mean = weights @ forces / weights.sum()
     between = weights @ (forces - mean) ** 2 / weights.sum()
     form = (model.form_error * peak.force) ** 2
@@ -93,7 +101,7 @@ def spread(model: ContactModel, z: Float[Array, " p"], body: Body) -> tuple[Cont
     return peak, Spread(std, gradient, shares, form, between)
 
 
-def _beside(main: Variant, other: Variant, z: Array) -> Array:
+def beside(main: Variant, other: Variant, z: Array) -> Array:
     """z of another explanation: a design's change of the rig is added to its own values."""
     n = len(RIG)
     rig = jnp.maximum(other.theta[:n] + (z[:n] - main.theta[:n]), other.low[:n])
@@ -134,16 +142,12 @@ def draw_forces(
     for v, n in zip(variants, counts, strict=True):
         if not n:
             continue
-        centre = np.asarray(z if v is model.main else _beside(model.main, v, jnp.asarray(z)))
+        centre = np.asarray(z if v is model.main else beside(model.main, v, jnp.asarray(z)))
         values, vectors = np.linalg.eigh(v.covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         sample = np.tile(centre, (n, 1))
         sample[:, :-2] += random.standard_normal((n, len(root))) @ root.T
-        # relative deviations are the main law's; another explanation's extra parameters have none
-        relative = np.r_[
-            model.relative[: len(RIG)], np.zeros(len(centre) - len(RIG) - 2), model.relative[-2:]
-        ]
-        sample += random.standard_normal(sample.shape) * relative * centre
+        sample += random.standard_normal(sample.shape) * model.relative_of(v) * centre
         sample = np.maximum(sample, np.r_[v.low, 0.0, 0.0])
         found.append(forces(v.peak, sample, body))
     force, exists = map(np.concatenate, zip(*found, strict=True))

@@ -73,6 +73,7 @@ def of_diagnosis(
         form_error=model.peak_form_error if is_corrected else 0.0,
         tried=(model.v_range, model.f_p_range),
         source=source,
+        verdict=model.verdict,
     )
 
 

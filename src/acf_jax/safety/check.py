@@ -2,29 +2,35 @@
 
 from typing import Literal, NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 from scipy.stats import norm
 
-from acf_jax.contact.body import Body
+from acf_jax.contact.body import Body, series_stiffness
 from acf_jax.contact.model import ContactModel, extrapolated
-from acf_jax.contact.peak import ClosedForm
+from acf_jax.contact.peak import RIG, ClosedForm, Learned
 from acf_jax.contact.read import by_surrogate
 from acf_jax.design.boundary import first_failure
 from acf_jax.safety import standard
 from acf_jax.safety.infer import Inferred, Way, exact_way, quick_way, trained_way
-from acf_jax.safety.situation import Situation
+from acf_jax.safety.limits import BodyArea
+from acf_jax.safety.situation import CONFIDENCE, Situation, situation_faults
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 Verdict = Literal["allowed", "not allowed", "not decidable"]
+SEVERITY: dict[Verdict, int] = {"allowed": 0, "not decidable": 1, "not allowed": 2}
 NEAR = 1e-3  # of the limit: nearer to it the exact model decides
+LARGE = 0.2  # of a parameter: up to this deviation the confidence has been measured
 
 
 class Answer(NamedTuple):
     """The verdict on one situation with everything it rests on."""
 
     situation: Situation
+    area: BodyArea  # of those that the situation names, the one that decides
     verdict: Verdict
     reasons: tuple[str, ...]
+    cautions: tuple[str, ...]  # what makes the verdict weaker than it looks
     force: float | None  # N, expected peak of the contact force
     upper: float | None  # N, not exceeded with the stated confidence
     force_limit: float | None  # N
@@ -34,11 +40,21 @@ class Answer(NamedTuple):
     decided_by: str  # surrogate, exact model, simulation, rule
 
 
+class HighestSpeed(NamedTuple):
+    """Up to which velocity a situation is allowed, and what ends there."""
+
+    v: float | None  # m/s; None: it is never allowed
+    ended_by: Literal["verdict", "tried range", "search"]
+
+
 class Checker:
     """Answers for one model; compiled with the first situation, quick from then on.
 
     The surrogate answers where it fits the model and is sure: one of the paper's model for a rig, one of a corrected
     model for the diagnosis it was trained on.
+
+    **Raises:** `ValueError` in single precision, which no bound here allows for, and for a confidence beyond 0.5 to
+    0.9999.
     """
 
     def __init__(
@@ -47,121 +63,183 @@ class Checker:
         surrogate: Surrogate | CorrectedSurrogate | None = None,
         confidence: float = 0.975,
     ):
+        if jnp.zeros(()).dtype != jnp.float64:
+            raise ValueError("a check needs double precision; call jax.config.update('jax_enable_x64', True)")
+        low, high = CONFIDENCE
+        if not low <= confidence <= high:
+            raise ValueError(f"confidence must lie between {low} and {high}, but is {confidence!r}")
         self.model = model
         # taken out once: each look into a module costs microseconds, which a check counts
         self.theta, self.tried = tuple(np.asarray(model.main.theta).tolist()), model.tried
         self.confidence = confidence
-        self.factor = float(norm.ppf(confidence))
-        self.exact = exact_way(model)
+        self.lasting = 1 + float(norm.ppf(confidence)) * float(model.relative[-1])
+        self.exact = exact_way(model, confidence)
         has_closed_form = isinstance(model.main.peak, ClosedForm)
         self.quick: Way | None = None
         if isinstance(surrogate, CorrectedSurrogate):
-            self.quick = trained_way(by_surrogate(model, surrogate))
+            self.quick = trained_way(by_surrogate(model, surrogate), confidence)
         elif surrogate is not None and has_closed_form:
-            self.quick = quick_way(model, surrogate)
+            self.quick = quick_way(model, confidence, surrogate)
         self.exact_name = "exact model" if has_closed_form else "simulation"
+        self.cautions = _cautions(model)
 
     def __call__(self, situation: Situation) -> Answer:
-        """The verdict on one situation.
+        """The verdict on one situation: the worst over the areas that it names.
 
         Allowed: the force that is not exceeded with the stated confidence is below every limit. Not allowed: the
         expected force is above one, or contact with the area is never permissible. Not decidable: everything else,
         and whatever lies outside the range that the model was tried in.
-        """
-        s = situation
-        if not s.area.is_permissible:
-            never = f"contact with {s.area.region.lower()} is not permissible, whatever the force"
-            return Answer(s, "not allowed", (never,), None, None, None, None, None, None, "rule")
-        force_limit, pressure_limit = limits_of(s)
-        highest = _lowest_limit(s, force_limit, pressure_limit)
-        z, body = np.array([*self.theta, s.v_e, s.f_p]), body_of(s)
-        found, way = self._infer(z, body, highest)
-        upper = found.upper + self.factor * found.std
-        reasons = [
-            f"{fault}: never allowed by extrapolation" for fault in extrapolated(self.tried, s.v_e, s.f_p)
-        ]
-        if not found.is_known or not np.isfinite(upper):
-            reasons.append("the force keeps rising without a first peak: the model has no answer")
-        verdict: Verdict = "not decidable"
-        pressure = upper / s.contact_area if s.contact_area else None
-        if not reasons:
-            verdict, reasons = self._judge(s, found, upper, force_limit, pressure_limit)
-        speed = standard_speed(s, force_limit)
-        force, above, pressure = (found.upper, upper, pressure) if found.is_known else (None, None, None)
-        return Answer(
-            s, verdict, tuple(reasons), force, above, force_limit, pressure, pressure_limit, speed, way
-        )
 
-    def highest_speed(self, s: Situation, up_to: float = 2.0) -> float | None:
-        """The lowest velocity at which this situation stops being allowed, m/s; None where it never is."""
-        top = min(up_to, self.model.tried[0][1]) if self.model.tried else up_to
-        low = self.model.tried[0][0] if self.model.tried else 0.0
+        **Raises:** `ValueError` for a situation that cannot be: a negative speed, a contact that is no kind of one.
+        """
+        if faults := situation_faults(situation):
+            raise ValueError("; ".join(faults))
+        return self._answer(situation)
+
+    def highest_speed(self, s: Situation, up_to: float = 2.0) -> HighestSpeed:
+        """The lowest velocity at which this situation stops being allowed, m/s, or where the search for it ends."""
+        (low, top) = self.tried[0] if self.tried else (0.0, up_to)
+        end: Literal["tried range", "search"] = "tried range" if self.tried and top <= up_to else "search"
+        top = min(top, up_to)
 
         def holds(shares: np.ndarray) -> np.ndarray:
             speeds = (1 - shares) * low + shares * top
-            return np.array([self(s._replace(v_e=float(v))).verdict == "allowed" for v in speeds])
+            return np.array([self._answer(s._replace(v_e=float(v))).verdict == "allowed" for v in speeds])
 
         found = first_failure(holds)
-        return None if found is None else (1 - found.last_held) * low + found.last_held * top
+        if found is None:
+            return HighestSpeed(None, "verdict")
+        v = (1 - found.last_held) * low + found.last_held * top
+        return HighestSpeed(v, end if np.isinf(found.first_failed) else "verdict")
 
-    def _infer(self, z: np.ndarray, body: Body, limit: float) -> tuple[Inferred, str]:
+    def _answer(self, s: Situation) -> Answer:
+        for area in s.areas:
+            if not area.is_permissible:
+                never = f"contact with {area.region.lower()} is not permissible, whatever the force"
+                return Answer(
+                    s, area, "not allowed", (never,), (), None, None, None, None, None, None, "rule"
+                )  # fmt: skip
+        known: dict[tuple[Body, str], Inferred] = {}  # areas of one region often share their mechanics
+        answers = [self._of_area(s, area, known) for area in s.areas]
+        return max(answers, key=_severity) if len(answers) > 1 else answers[0]
+
+    def _of_area(self, s: Situation, area: BodyArea, known: dict[tuple[Body, str], Inferred]) -> Answer:
+        force_limit, pressure_limit = limits_of(area, s.contact)
+        found, way = self._infer(
+            s, body_of(area, s.contact), _lowest_limit(s, force_limit, pressure_limit), known
+        )
+        reasons = self._unanswered(s, found)
+        verdict: Verdict = "not decidable"
+        if not reasons:
+            verdict, reasons = self._judge(s, area, found, force_limit, pressure_limit)
+        speed = standard_speed(s, area, force_limit)
+        force, above = (found.force, found.upper) if found.has_peak else (None, None)
+        pressure = above / s.contact_area if above is not None and s.contact_area else None
+        cautions = (*self.cautions, area.caution) if area.caution else self.cautions
+        return Answer(
+            s, area, verdict, tuple(reasons), cautions, force, above, force_limit, pressure, pressure_limit, speed, way
+        )  # fmt: skip
+
+    def _infer(
+        self, s: Situation, body: Body, limit: float, known: dict[tuple[Body, str], Inferred]
+    ) -> tuple[Inferred, str]:
+        def by(way: Way, name: str) -> Inferred:
+            if (found := known.get((body, name))) is None:
+                found = known[body, name] = way(np.array([*self.theta, s.v_e, s.f_p, *body]))
+            return found
+
         if self.quick is not None:
-            found = self.quick(z, body)
-            above = found.upper + self.factor * found.std
-            near = found.lower <= limit * (1 + NEAR) and above >= limit * (1 - NEAR)
+            found = by(self.quick, "surrogate")
+            near = found.lower <= limit * (1 + NEAR) and found.upper >= limit * (1 - NEAR)
             if found.is_known and not near:
                 return found, "surrogate"
-        return self.exact(z, body), self.exact_name
+        return by(self.exact, self.exact_name), self.exact_name
+
+    def _unanswered(self, s: Situation, found: Inferred) -> list[str]:
+        """Why the model does not tell the force."""
+        reasons = [
+            f"{fault}: never allowed by extrapolation" for fault in extrapolated(self.tried, s.v_e, s.f_p)
+        ]
+        if self.model.verdict == "insufficient_data":
+            reasons.append("the diagnosis behind the model had too little data to answer")
+        if not found.has_peak:
+            reasons.append(
+                "the model has no answer: the force keeps rising without a first peak" + self._too_stiff
+            )
+        elif not found.is_known or not np.isfinite(found.upper):
+            reasons.append(
+                "within what its parameters and explanations leave open, the model has no answer: the force may keep"
+                " rising without a first peak" + self._too_stiff
+            )
+        return reasons
+
+    @property
+    def _too_stiff(self) -> str:
+        return "" if self.exact_name == "exact model" else ", or the contact is too stiff to be simulated"
 
     def _judge(
-        self, s: Situation, found: Inferred, upper: float, force_limit: float, pressure_limit: float | None
+        self, s: Situation, area: BodyArea, found: Inferred, force_limit: float, pressure_limit: float | None
     ) -> tuple[Verdict, list[str]]:
-        checks = [("force", "N", found.lower, upper, force_limit)]
+        checks = [("force", "N", 1.0, force_limit, area.force)]
         if s.contact_area and pressure_limit is not None:
-            share = 1 / s.contact_area
-            checks.append(("pressure", "N/cm^2", found.lower * share, upper * share, pressure_limit))
+            checks.append(("pressure", "N/cm^2", 1 / s.contact_area, pressure_limit, area.pressure or 0.0))
         over = [
-            f"{what} {low:.4g} {unit} expected, above the limit of {limit:.4g} {unit}"
-            for what, unit, low, _, limit in checks
-            if low > limit
+            f"{what} {found.lower * share:.4g} {unit} expected, above the limit of {limit:.4g} {unit}"
+            for what, unit, share, limit, _ in checks
+            if found.lower * share > limit
         ]
         if over:
             return "not allowed", over
         open_ = [
-            f"{what} {low:.4g} {unit} expected, but with {self.confidence:.3g} confidence only below {high:.4g} {unit}:"
-            f" the limit of {limit:.4g} {unit} lies between"
-            for what, unit, low, high, limit in checks
-            if high > limit
+            f"{what} {found.lower * share:.4g} {unit} expected, but with {self.confidence:.3g} confidence only below"
+            f" {found.upper * share:.4g} {unit}: the limit of {limit:.4g} {unit} lies between"
+            for what, unit, share, limit, _ in checks
+            if found.upper * share > limit
         ]
+        if s.contact == "transient":
+            open_ += [
+                f"the pretension stays when the impact is over: {what} of up to {s.f_p * self.lasting * share:.4g}"
+                f" {unit}, above the lasting limit of {limit:.4g} {unit}; check quasi_static, or lower it"
+                for what, unit, share, _, limit in checks
+                if s.f_p * self.lasting * share > limit
+            ]
         if open_:
             return "not decidable", open_
         below = [
-            f"{what} below {high:.4g} {unit}, limit {limit:.4g} {unit}"
-            for what, unit, _, high, limit in checks
+            f"{what} below {found.upper * share:.4g} {unit}, limit {limit:.4g} {unit}"
+            for what, unit, share, limit, _ in checks
         ]
         return "allowed", below
 
 
-def limits_of(s: Situation) -> tuple[float, float | None]:
-    """Force (N) and pressure (N/cm^2) that hold in a situation: the factors belong to the limit, never to the force."""
-    if s.contact == "quasi_static":
-        return s.area.force, s.area.pressure
-    pressure, factor = s.area.pressure, s.area.pressure_factor
-    is_given = pressure is not None and factor is not None
-    return s.area.force * (s.area.force_factor or 0.0), pressure * factor if is_given else None  # type: ignore[operator]
+def _severity(a: Answer) -> tuple[int, float]:
+    """The verdict, then how much of its limits a contact uses up."""
+    used = [
+        value / limit
+        for value, limit in ((a.upper, a.force_limit), (a.pressure, a.pressure_limit))
+        if value is not None and limit
+    ]
+    return SEVERITY[a.verdict], max(used, default=np.inf)
 
 
-def body_of(s: Situation) -> Body:
+def limits_of(area: BodyArea, contact: str) -> tuple[float, float | None]:
+    """Force (N) and pressure (N/cm^2) that hold: the factors belong to the limit, never to the force."""
+    if contact == "transient":
+        return area.transient_force, area.transient_pressure
+    return area.force, area.pressure
+
+
+def body_of(area: BodyArea, contact: str) -> Body:
     """The area's stiffness, and its mass where it can recoil."""
-    return Body(1 / s.area.stiffness, 1 / s.area.mass if s.contact == "transient" else 0.0)
+    return Body(1 / area.stiffness, 1 / area.mass if contact == "transient" else 0.0)
 
 
-def standard_speed(s: Situation, force_limit: float) -> float | None:
+def standard_speed(s: Situation, area: BodyArea, force_limit: float) -> float | None:
     """v_max of the standard's formula, where the robot's masses are given."""
     if s.moving_mass is None or s.payload is None:
         return None
     mass = standard.robot_mass(s.moving_mass, s.payload)
-    return standard.highest_speed(force_limit, s.area.stiffness, s.area.mass, mass)
+    return standard.highest_speed(force_limit, area.stiffness, area.mass, mass)
 
 
 def _lowest_limit(s: Situation, force_limit: float, pressure_limit: float | None) -> float:
@@ -171,18 +249,45 @@ def _lowest_limit(s: Situation, force_limit: float, pressure_limit: float | None
     return force_limit
 
 
-def assumptions(model: ContactModel, s: Situation, confidence: float) -> list[str]:
-    """What an answer takes for granted."""
+def _cautions(model: ContactModel) -> tuple[str, ...]:
+    found = []
+    if model.tried is None:
+        found.append(
+            "range unknown: the model names no tried v_e and f_p, so that nothing counts as extrapolation"
+        )
+    large = [name for name, share in zip(model.names, model.relative, strict=True) if share > LARGE]
+    if large:
+        found.append(f"{', '.join(large)} vary by more than {LARGE:.0%}: the confidence holds roughly only")
+    if model.verdict == "unknown":
+        found.append("the diagnosis found no known cause: a curve fitted freely stands in for it")
+    if model.verdict == "ambiguous":
+        count = 1 + len(model.others)
+        found.append(f"the diagnosis is ambiguous: the force covers {count} explanation{'s' * (count > 1)}")
+    return tuple(found)
+
+
+def assumptions(model: ContactModel, s: Situation, area: BodyArea, confidence: float) -> list[str]:
+    """What an answer on one area takes for granted."""
     found = [f"the force is the true one at the contact, by {model.source}; no sensor's reading"]
     if model.main.peak.credits_stiffness():
-        found.append(f"the body's {s.area.stiffness / 1e3:g} N/mm act in series with the pad's stiffness")
+        k_c = float(model.main.theta[RIG.index("k_c")])
+        both = series_stiffness(k_c, body_of(area, s.contact)) / 1e3
+        untried = (
+            "; the tried range is one of speed and pretension, not of so soft a contact"
+            if model.tried
+            else ""
+        )
+        found.append(
+            f"the body's {area.stiffness / 1e3:g} N/mm act in series with the pad's stiffness, {both:.3g} N/mm in"
+            f" all{untried}"
+        )
     else:
         found.append(
             "the pad's law is not linear: the body's stiffness is left out, which overstates the force"
         )
     if s.contact == "transient":
         found.append(
-            f"the body can recoil with {s.area.mass:g} kg and withdraw; if it can be clamped, check quasi_static"
+            f"the body can recoil with {area.mass:g} kg and withdraw; if it can be clamped, check quasi_static"
         )
     else:
         found.append(
@@ -198,8 +303,9 @@ def assumptions(model: ContactModel, s: Situation, confidence: float) -> list[st
         found.append("the model's parameters are taken as exact: no standard deviations were given")
     else:
         found.append(f"limits are held with a confidence of {confidence:g} over the parameters' uncertainty")
-    if model.tried is None:
-        found.append("no tried range is known for this model: its values are the user's responsibility")
+    is_of_diagnosis = not isinstance(model.main.peak, ClosedForm | Learned)
+    if is_of_diagnosis and model.verdict is None:
+        found.append("the diagnosis identified the cause: the model's file does not say so")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Force, its bounds and its standard deviation for one impact, compiled once: the quick way and the exact way."""
+"""The peak force of one impact with its bounds, compiled once: the quick way and the exact way."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,77 +9,68 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
-from acf_jax.contact.model import ContactModel, spread
+from acf_jax.contact.bound import Interval, Law, bounded
+from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import ClosedForm, Trained, coupled
-from acf_jax.model import contact_force
 from acf_jax.safety.certificate import certified_peak
 from acf_jax.surrogate import Surrogate
 
 
 class Inferred(NamedTuple):
-    """lower <= peak force <= upper for the parameters' best values, and what those leave open."""
+    """lower <= peak force <= force for the parameters' best values, and what those leave open."""
 
     lower: float  # N
-    upper: float  # N
-    std: float  # N
-    is_known: bool  # there is a peak, and the way that was taken holds here
+    force: float  # N
+    upper: float  # N, not exceeded with the stated confidence
+    has_peak: bool  # at the best values; elsewhere the figures are stand-ins
+    is_known: bool  # the way that was taken holds wherever the parameters may lie
 
 
-Way = Callable[[np.ndarray, Body], Inferred]
-Input = Float[Array, " p+2"]  # z, then the body's compliance and mobility
+Way = Callable[[np.ndarray], Inferred]  # of z, then the body's compliance and mobility
 
 
-def exact_way(model: ContactModel) -> Way:
+def exact_way(model: ContactModel, confidence: float) -> Way:
     """The closed form, or the simulation of a corrected model."""
-
-    def one(x: Input) -> Float[Array, " 4"]:
-        peak, own = spread(model, x[:-2], Body(x[-2], x[-1]))
-        return jnp.stack([peak.force, peak.force, own.std, peak.exists.astype(float)])
-
-    return _compiled(one)
+    return _compiled(model, confidence)
 
 
-def quick_way(model: ContactModel, surrogate: Surrogate) -> Way:
+def quick_way(model: ContactModel, confidence: float, surrogate: Surrogate) -> Way:
     """The surrogate with its proved bound; known only inside its range, and only for the paper's model."""
     if not isinstance(model.main.peak, ClosedForm):
         raise ValueError("the surrogate stands for the paper's model; take the exact way for a corrected one")
-    covariance, relative = jnp.asarray(model.main.covariance), jnp.asarray(model.relative)
 
-    def one(x: Input) -> Float[Array, " 4"]:
-        z, body = x[:-2], Body(x[-2], x[-1])
+    def law(z: Float[Array, " p"], body: Body) -> Interval:
         rig, impact = coupled(z, body)
         found = certified_peak(surrogate, rig, impact)
-        # the envelope theorem: at the peak the force's slope in time is zero
-        gradient = jax.grad(lambda z: contact_force(*coupled(z, body), found.t))(z)
-        variance = gradient[:-2] @ covariance @ gradient[:-2] + ((gradient * relative * z) ** 2).sum()
-        inside = found.holds & surrogate.box.has(rig, impact).all()
-        return jnp.stack([found.lower, found.upper, jnp.sqrt(variance), inside.astype(float)])
+        return Interval(found.lower, found.upper, found.holds & surrogate.box.has(rig, impact).all())
 
-    return _compiled(one)
+    return _compiled(model, confidence, law)
 
 
-def trained_way(model: ContactModel) -> Way:
-    """A surrogate of a corrected model with the bounds that its training measured; known only inside its box."""
-    law = model.main.peak
-    if not isinstance(law, Trained):
+def trained_way(model: ContactModel, confidence: float) -> Way:
+    """A surrogate of a corrected model with the bound that its training measured; known only inside its box."""
+    trained = model.main.peak
+    if not isinstance(trained, Trained):
         raise ValueError("the model has no surrogate; take the exact way")
-    bounds = law.surrogate.bounds
+    error = trained.surrogate.bounds.force
 
-    def one(x: Input) -> Float[Array, " 4"]:
-        peak, own = spread(model, x[:-2], Body(x[-2], x[-1]))
-        lower = peak.force * (1 - bounds.force) / (1 + bounds.force)
-        std = own.std + bounds.std * peak.force
-        return jnp.stack([lower, peak.force, std, peak.exists.astype(float)])
+    def law(z: Float[Array, " p"], body: Body) -> Interval:
+        peak = trained(z, body)
+        return Interval(peak.force * (1 - error) / (1 + error), peak.force, peak.exists)
 
-    return _compiled(one)
+    return _compiled(model, confidence, law)
 
 
-def _compiled(one: Callable[[Input], Float[Array, " 4"]]) -> Way:
-    program = jax.jit(one)
+def _compiled(model: ContactModel, confidence: float, law: Law | None = None) -> Way:
+    bound = bounded(model, confidence, law)
 
-    def infer(z: np.ndarray, body: Body) -> Inferred:
-        # one array in, one array out: what a call costs is the number of its arguments
-        lower, upper, std, known = np.asarray(program(np.array([*z, *body], float))).tolist()
-        return Inferred(lower, upper, std, bool(known))
+    # one array in, one array out: what a call costs is the number of its arguments
+    @jax.jit
+    def program(x: Float[Array, " p+4"]) -> Float[Array, "5"]:
+        return jnp.stack([jnp.asarray(y, float) for y in bound(x[:-2], Body(x[-2], x[-1]))])
+
+    def infer(x: np.ndarray) -> Inferred:
+        lower, force, upper, has_peak, is_known = np.asarray(program(x)).tolist()
+        return Inferred(lower, force, upper, bool(has_peak), bool(is_known))
 
     return infer

@@ -1,18 +1,30 @@
 """Biomechanical limits per body area: ISO/TS 15066:2016, Table A.2 and A.3, or a user's own file of that form."""
 
 import difflib
-import re
+import functools
 from pathlib import Path
 from typing import NamedTuple
 
 from acf_jax.dataset.table import Row, Table, read_table
+from acf_jax.dataset.units import Limit
 from acf_jax.errors import InputError, shown
+from acf_jax.safety.head import is_of_head
 
 SHIPPED = Path(__file__).with_name("iso_ts_15066.csv")
+STANDARD = "ISO/TS 15066:2016"
 TEXT = ("body_region", "specific_location")
-POSITIVE = ("quasi_static_force_n", "spring_constant_n_mm", "effective_mass_kg")
-OPTIONAL = ("quasi_static_pressure_n_cm2", "transient_force_factor", "transient_pressure_factor")
-NEVER = re.compile(r"\b(head|skull|forehead|temple|face|jaw|eye|eyes)\b", re.IGNORECASE)
+# twice to ten times what the standard's areas span: beyond it a value is in another unit
+NEEDED = {
+    "quasi_static_force_n": Limit("N", 1.0, 1e3, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000"),
+    "spring_constant_n_mm": Limit("N/mm", 1.0, 1e3, too_high="if it is in N/m, divide by 1000"),
+    "effective_mass_kg": Limit("kg", 0.02, 150.0, "if it is in tonnes, multiply by 1000", "if in g, divide by 1000"),
+}  # fmt: skip
+OPTIONAL = {
+    "quasi_static_pressure_n_cm2": Limit("N/cm^2", 1.0, 1e3, too_high="if it is in kPa, divide by 10"),
+    "transient_force_factor": Limit("(a factor)", 0.1, 2.0, too_high="the standard's is 2"),
+    "transient_pressure_factor": Limit("(a factor)", 0.1, 2.0, too_high="the standard's is 2"),
+}
+LEAST_LETTERS = 3  # of the beginning of a name
 
 
 class BodyArea(NamedTuple):
@@ -27,11 +39,24 @@ class BodyArea(NamedTuple):
     pressure_factor: float | None
     stiffness: float  # N/m
     mass: float  # kg, effective
+    caution: str = ""  # how a user's limits compare with the standard's
 
     @property
     def is_permissible(self) -> bool:
         """Contact with head or face never is, whatever a file says."""
-        return self.force_factor is not None and not NEVER.search(f"{self.region} {self.name}")
+        return self.force_factor is not None and not is_of_head(self.region, self.name, self.number)
+
+    @property
+    def transient_force(self) -> float:
+        """N; zero where contact is not permissible."""
+        return self.force * (self.force_factor or 0.0)
+
+    @property
+    def transient_pressure(self) -> float | None:
+        """N/cm^2; None where it is not stated."""
+        if self.pressure is None or self.pressure_factor is None:
+            return None
+        return self.pressure * self.pressure_factor
 
 
 class Limits(NamedTuple):
@@ -40,19 +65,33 @@ class Limits(NamedTuple):
     source: str
     areas: tuple[BodyArea, ...]
 
-    def find(self, name: str) -> BodyArea:
-        """The area of that number or name; a name that means several means the strictest of them.
+    def find(self, name: str) -> tuple[BodyArea, ...]:
+        """The areas that a number, a name, a region, or the beginning of one of them can mean.
 
-        **Raises:** `InputError` that names what there is.
+        The beginning of any word of a region stands for the region: 'arm' could be upper or lower, so it is refused.
+
+        **Returns:** all of them, within one region; a check holds for each.
+
+        **Raises:** `InputError` that names what there is, or what else was meant.
         """
-        wanted = name.strip().lower()
+        wanted = " ".join(name.lower().split())
         by_number = [a for a in self.areas if a.number and a.number == wanted]
-        exact = [a for a in self.areas if a.name.lower() == wanted]
-        begins = [a for a in self.areas if wanted and a.name.lower().startswith(wanted)]
-        region = [a for a in self.areas if a.region.lower() == wanted]
-        for found in (by_number, exact, begins, region):
+        exact = [a for a in self.areas if wanted in (a.name.lower(), a.region.lower())]
+        begun = [a for a in self.areas if _begins(a, wanted)] if len(wanted) >= LEAST_LETTERS else []
+        for found in (by_number, exact, begun):
+            regions = dict.fromkeys(a.region for a in found)
+            if len(regions) > 1:
+                meant = " or ".join(f"'{a.name}' ({a.region})" for a in _one_of_each(found))
+                raise InputError(
+                    f"body area {shown(name)} can mean {meant}; write the name of the area or of the region out"
+                )
             if found:
-                return min(found, key=lambda a: (a.is_permissible, a.force, a.pressure or 0.0))
+                return tuple(found)
+        if is_of_head(wanted):
+            raise InputError(
+                f"body area {shown(name)} is not in {self.source}; contact with the head is never permissible, write"
+                " 'Skull and forehead' or 'Face' to have it said"
+            )
         names = [a.name for a in self.areas]
         words = {
             n.lower(): n for n in (*names, *(a.region for a in self.areas), *(n.split()[0] for n in names))
@@ -62,12 +101,35 @@ class Limits(NamedTuple):
         raise InputError(f"body area {shown(name)} is not in {self.source}; {hint}")
 
 
+def _begins(area: BodyArea, wanted: str) -> bool:
+    region = area.region.lower()
+    words = region.split()
+    in_region = region.startswith(wanted) or any(word.startswith(wanted) for word in words)
+    return in_region or area.name.lower().startswith(wanted)
+
+
+def _one_of_each(areas: list[BodyArea]) -> list[BodyArea]:
+    """The first area of each region."""
+    return list({a.region: a for a in reversed(areas)}.values())[::-1]
+
+
 def read_limits(path: Path | None = None) -> Limits:
     """The limits in a CSV file; without a path those of ISO/TS 15066.
 
     **Raises:** `InputError` with every fault of the file.
     """
-    table = read_table(path or SHIPPED, (*TEXT, *POSITIVE, *OPTIONAL))
+    if path is None:
+        return _standard()
+    return Limits(str(path), tuple(_compared(area) for area in _read(path)))
+
+
+@functools.cache
+def _standard() -> Limits:
+    return Limits(STANDARD, tuple(_read(SHIPPED)))
+
+
+def _read(path: Path) -> list[BodyArea]:
+    table = read_table(path, (*TEXT, *NEEDED, *OPTIONAL))
     areas = [area for row in table.rows if (area := _area(table, row))] if not table.faults else []
     for name in {a.name.lower() for a in areas}:
         same = [a for a in areas if a.name.lower() == name]
@@ -77,7 +139,7 @@ def read_limits(path: Path | None = None) -> Limits:
         table.fault("", "holds no body areas; add one row an area")
     if table.faults:
         raise InputError(table.shown_faults())
-    return Limits("ISO/TS 15066:2016" if path is None else str(path), tuple(areas))
+    return areas
 
 
 def _area(table: Table, row: Row) -> BodyArea | None:
@@ -86,14 +148,14 @@ def _area(table: Table, row: Row) -> BodyArea | None:
     for column in TEXT:
         if not row.cells[column]:
             table.fault(f"row {row.number}", f"{column} is empty; name it")
-    for column in (*POSITIVE, *OPTIONAL):
+    for column, limit in (NEEDED | OPTIONAL).items():
         is_absent = column in OPTIONAL and not row.cells[column]
         value = values[column] = None if is_absent else table.number(row, column)
-        if value is not None and value <= 0:
-            table.fault(f"row {row.number}", f"{column} must be positive, but is {value:g}; correct it")
+        if value is not None and (fault := limit.fault(value)):
+            table.fault(f"row {row.number}", f"{column} {fault}")
     if len(table.faults) > before:
         return None
-    force, spring, mass = (float(values[column] or 0.0) for column in POSITIVE)
+    force, spring, mass = (float(values[column] or 0.0) for column in NEEDED)
     pressure, force_factor, pressure_factor = (values[column] for column in OPTIONAL)
     return BodyArea(
         row.cells["body_region"],
@@ -106,3 +168,25 @@ def _area(table: Table, row: Row) -> BodyArea | None:
         1e3 * spring,
         mass,
     )
+
+
+def _compared(area: BodyArea) -> BodyArea:
+    """The area with a caution where it is not the standard's, or above the standard's limits."""
+    of_name = [a for a in _standard().areas if a.name.lower() == area.name.lower()]
+    if not of_name:
+        return area._replace(caution=f"'{area.name}' is no area of {STANDARD}: its limits are the user's own")
+    (own,) = of_name
+    rows = (
+        ("N clamped", area.force, own.force),
+        ("N transient", area.transient_force, own.transient_force),
+        ("N/cm^2 clamped", area.pressure, own.pressure),
+        ("N/cm^2 transient", area.transient_pressure, own.transient_pressure),
+    )
+    above = [
+        f"{'no limit' if value is None else format(value, 'g')} for {limit:g} {unit}"
+        for unit, value, limit in rows
+        if limit is not None and (value is None or value > limit)
+    ]
+    if not above:
+        return area
+    return area._replace(caution=f"own limits of '{area.name}' are above {STANDARD}: {', '.join(above)}")

@@ -1,9 +1,11 @@
 """One contact of robot and person, and a table of them."""
 
+import math
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from acf_jax.dataset.table import Row, Table, read_table
+from acf_jax.dataset.table import Row, Table, read_table, suggestion
+from acf_jax.dataset.units import VELOCITY, Limit
 from acf_jax.errors import InputError, shown
 from acf_jax.safety.limits import BodyArea, Limits
 
@@ -11,13 +13,24 @@ Contact = Literal["transient", "quasi_static"]
 CONTACTS: tuple[Contact, ...] = ("transient", "quasi_static")
 REQUIRED = ("situation", "body_area", "contact", "contact_velocity_m_per_s", "pretension_n")
 OPTIONAL = ("contact_area_cm2", "robot_mass_kg", "payload_kg")
+STEMS = ("contact_area", "robot_mass", "payload")  # of optional columns; what begins so is meant as one
+CONFIDENCE = (0.5, 0.9999)  # that can be asked for
+# zero is as good a velocity, pretension or payload as any: nothing moves, presses or is carried
+LIMITS = {
+    "v_e": VELOCITY,
+    "f_p": Limit("N", 1.0, 5e3, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000"),
+    "contact_area": Limit("cm^2", 1e-3, 100.0, "if it is in m^2, multiply by 1e4", "if it is in mm^2, divide by 100"),
+    "moving_mass": Limit("kg", 0.1, 5e3, "if it is in tonnes, multiply by 1000", "if it is in g, divide by 1000"),
+    "payload": Limit("kg", 1e-3, 5e3, "if it is in tonnes, multiply by 1000", "if it is in g, divide by 1000"),
+}  # fmt: skip
+MAY_BE_ZERO = ("v_e", "f_p", "payload")
 
 
 class Situation(NamedTuple):
     """What meets what, and how fast."""
 
     name: str
-    area: BodyArea
+    areas: tuple[BodyArea, ...]  # what the named part of the body can mean: the verdict holds for each
     contact: Contact  # transient: the body can recoil; quasi-static: it is clamped
     v_e: float  # m/s
     f_p: float  # N
@@ -27,9 +40,39 @@ class Situation(NamedTuple):
     row: int = 0  # of the file it comes from
 
 
+def quantity_fault(quantity: str, value: float | None) -> str | None:
+    """Why a number of a situation cannot be right, with the remedy; None where it can, or is not given."""
+    limit = LIMITS[quantity]
+    if value is None or (value == 0 and quantity in MAY_BE_ZERO) or limit.low <= value <= limit.high:
+        return None
+    if math.isfinite(value) and value <= 0:
+        least = "zero or positive" if quantity in MAY_BE_ZERO else "positive"
+        return f"must be {least}, in {limit.unit}, but is {value:g}"
+    return limit.fault(value)
+
+
+def situation_faults(s: Situation) -> list[str]:
+    """What is wrong with a situation made in a program; nothing of one that was read."""
+    faults = [
+        f"{quantity} {fault}"
+        for quantity in LIMITS
+        if (fault := quantity_fault(quantity, getattr(s, quantity))) is not None
+    ]
+    if s.contact not in CONTACTS:
+        faults.append(f"contact is {shown(s.contact)}; write {' or '.join(CONTACTS)}")
+    if (s.moving_mass is None) != (s.payload is None):
+        faults.append("moving_mass and payload belong together; give both or neither")
+    if not s.areas:
+        faults.append("areas is empty; take them from Limits.find")
+    return faults
+
+
 def read_situations(path: Path, limits: Limits) -> tuple[Situation, ...]:
     """The situations of a CSV file; `InputError` lists every fault."""
     table = read_table(path, REQUIRED)
+    for column in table.columns:
+        if column not in (*REQUIRED, *OPTIONAL) and (hint := _meant(column)):
+            table.fault("", f"column {shown(column)} is not known{hint}; correct or rename it")
     found = [s for row in table.rows if (s := _situation(table, row, limits))]
     if not table.rows and not table.faults:
         table.fault("", "holds no situations; add one row a situation below the first line")
@@ -38,29 +81,40 @@ def read_situations(path: Path, limits: Limits) -> tuple[Situation, ...]:
     return tuple(found)
 
 
+def _meant(column: str) -> str:
+    """`; did you mean ...` for a column that looks like an optional one, which must not be missed in silence."""
+    stem = next(
+        (known for known, stem in zip(OPTIONAL, STEMS, strict=True) if column.lower().startswith(stem)), ""
+    )
+    return f"; did you mean {shown(stem)}?" if stem else suggestion(column.lower(), OPTIONAL)
+
+
 def _situation(table: Table, row: Row, limits: Limits) -> Situation | None:
     where, before = f"row {row.number}", len(table.faults)
     if any(column not in row.cells for column in REQUIRED):
         return None
+    if not row.cells["situation"]:
+        table.fault(where, "situation is empty; name it")
     if row.cells["contact"] not in CONTACTS:
         table.fault(where, f"contact is {shown(row.cells['contact'])}; write {' or '.join(CONTACTS)}")
-    area = None
+    areas: tuple[BodyArea, ...] = ()
     try:
-        area = limits.find(row.cells["body_area"])
+        areas = limits.find(row.cells["body_area"])
     except InputError as error:
         table.fault(where, error.faults[0])
-    numbers = [table.number(row, column) for column in REQUIRED[3:]]
-    for column, value in zip(REQUIRED[3:], numbers, strict=True):
-        if value is not None and value < 0:
-            table.fault(where, f"{column} must be zero or positive, but is {value:g}; correct it")
-    given = [table.number(row, column) if row.cells.get(column) else None for column in OPTIONAL]
-    for column, value in zip(OPTIONAL, given, strict=True):
-        if value is not None and (value < 0 or (value == 0 and column != "payload_kg")):
-            table.fault(where, f"{column} must be positive, but is {value:g}; correct it or leave it empty")
-    if len(table.faults) > before or area is None:
+    columns = (*REQUIRED[3:], *OPTIONAL)
+    given = [
+        None if column in OPTIONAL and not row.cells.get(column) else table.number(row, column)
+        for column in columns
+    ]
+    for quantity, column, value in zip(LIMITS, columns, given, strict=True):
+        if (fault := quantity_fault(quantity, value)) is not None:
+            table.fault(where, f"{column} {fault}; correct it{' or leave it empty' * (column in OPTIONAL)}")
+    if bool(row.cells.get("robot_mass_kg")) != bool(row.cells.get("payload_kg")):
+        table.fault(where, "robot_mass_kg and payload_kg belong together; give both or neither")
+    if len(table.faults) > before:
         return None
-    v_e, f_p = (float(value or 0.0) for value in numbers)
     contact: Contact = "transient" if row.cells["contact"] == "transient" else "quasi_static"
-    contact_area, moving_mass, payload = given
+    v_e, f_p, area, moving_mass, payload = given
     name = row.cells["situation"]
-    return Situation(name, area, contact, v_e, f_p, contact_area, moving_mass, payload, row.number)
+    return Situation(name, areas, contact, v_e or 0.0, f_p or 0.0, area, moving_mass, payload, row.number)

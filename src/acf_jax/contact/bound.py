@@ -1,0 +1,167 @@
+"""What a peak force stays below with a stated confidence: parameters displaced, explanations mixed."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.scipy.special import ndtr
+from jaxtyping import Array, Bool, Float
+from scipy.stats import norm
+
+from acf_jax.contact.body import Body
+from acf_jax.contact.model import ContactModel, Variant, beside
+from acf_jax.contact.peak import AbstractPeak
+
+Scalar = Float[Array, ""]
+HALVINGS = 60
+LEAST_SHARE = 1e-12  # of the variance: a direction below it is rounding
+
+
+class Interval(NamedTuple):
+    """lower <= peak force <= upper of one sample, where `known`."""
+
+    lower: Scalar  # N
+    upper: Scalar  # N
+    known: Bool[Array, ""]
+
+
+Law = Callable[[Float[Array, " p"], Body], Interval]
+
+
+class Bounded(NamedTuple):
+    """The peak force with everything that its parameters and explanations leave open."""
+
+    lower: Scalar  # N, the main explanation at its best values, from below
+    force: Scalar  # N, the same from above
+    upper: Scalar  # N, not exceeded with the stated confidence
+    has_peak: Bool[Array, ""]  # the main explanation's, at its best values
+    holds: Bool[Array, ""]  # every explanation has a peak, wherever its parameters were displaced to
+
+
+class _Own(NamedTuple):
+    """Force and deviation of one explanation."""
+
+    lower: Scalar
+    force: Scalar
+    std: Scalar
+    has_peak: Bool[Array, ""]
+    holds: Bool[Array, ""]
+
+
+def exact(peak: AbstractPeak) -> Law:
+    """A law whose force is the peak itself."""
+
+    def law(z: Float[Array, " p"], body: Body) -> Interval:
+        found = peak(z, body)
+        return Interval(found.force, found.force, found.exists)
+
+    return law
+
+
+def bounded(
+    model: ContactModel, confidence: float, main: Law | None = None
+) -> Callable[[Float[Array, " p"], Body], Bounded]:
+    """The function (z, body) -> `Bounded`, for use inside `jax.jit`.
+
+    Each explanation i is asked at its best values and displaced by k = Phi^-1(confidence) deviations (at least one)
+    along each independent direction a of what is uncertain, to either side:
+
+        k sigma_i = F_i (exp(sqrt(sum_a ln(1 + c_a/F_i)^2)) - 1),   c_a = max |F(z +- k sigma_a e_a) - F_i|.
+
+    That is the first-order quantile for small deviations, the exact one where a single parameter is uncertain and F
+    grows with it, and otherwise more: F is much like a product of powers, whose logarithms add. A draw without a peak
+    is no force at all, so that a peak is asked for at every displaced point. Of the mixture the upper end is the
+    smallest F with
+
+        sum_i w_i Phi((F_i - F)/sigma_i) <= 1 - confidence.
+
+    **Arguments:** `main`: a law in place of the main explanation's own, for example a surrogate's.
+    """
+    factor = float(norm.ppf(confidence))
+    variants = (model.main, *model.others)
+    laws = (main or exact(model.main.peak), *(exact(v.peak) for v in model.others))
+    reach = max(factor, 1.0)
+    displacements = [_displacements(model, v, reach) for v in variants]
+    least = [np.r_[v.low, 0.0, 0.0] for v in variants]
+    weights = np.array([v.weight for v in variants])
+
+    def found(z: Float[Array, " p"], body: Body) -> Bounded:
+        places = (z, *(beside(model.main, v, z) for v in model.others))
+        every = [
+            _of_one(law, low, by, at, body, reach, model.form_error)
+            for law, low, by, at in zip(laws, least, displacements, places, strict=True)
+        ]
+        first = every[0]
+        force, std = jnp.stack([e.force for e in every]), jnp.stack([e.std for e in every])
+        upper = first.force + factor * first.std
+        if len(every) > 1:
+            upper = _quantile(force, std, weights / weights.sum(), 1 - confidence, factor)
+        holds = jnp.stack([e.holds for e in every]).all()
+        return Bounded(first.lower, first.force, upper, first.has_peak, holds)
+
+    return found
+
+
+def _displacements(model: ContactModel, v: Variant, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """By how much z is displaced, a row each: by absolute amounts, and by shares of its own entries.
+
+    First not at all, then `reach` deviations up along each independent direction, then as many down.
+    """
+    scale = np.sqrt(np.diag(v.covariance))
+    unit = np.where(scale > 0, scale, 1.0)
+    values, vectors = np.linalg.eigh(v.covariance / unit / unit[:, None])
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))).T * scale
+    relative = model.relative_of(v)
+    shares = np.diag(relative)[relative > 0]
+    root = np.pad(root[values > LEAST_SHARE], ((0, len(shares)), (0, 2)))
+    shares = np.pad(shares, ((len(root) - len(shares), 0), (0, 0)))
+    none = np.zeros((1, len(relative)))
+    up, up_share = reach * root, reach * shares
+    return np.concatenate([none, up, -up]), np.concatenate([none, up_share, -up_share])
+
+
+def _of_one(
+    law: Law,
+    least: np.ndarray,
+    by: tuple[np.ndarray, np.ndarray],
+    z: Float[Array, " p"],
+    body: Body,
+    reach: float,
+    form_error: float,
+) -> _Own:
+    """One explanation, asked wherever z is displaced to."""
+    places = jax.vmap(lambda amount, share: jnp.maximum(z + amount + share * z, least))(*by)
+    found = jax.vmap(law, (0, None))(places.at[0].set(z), body)
+    lower, force = found.lower[0], found.upper[0]
+    apart = jnp.maximum(found.upper - lower, force - found.lower)[1:]
+    up, down = jnp.split(apart, 2)
+    scale = jnp.where(force > 0, force, 1.0)
+    shares = jnp.log1p(jnp.maximum(up, down) / scale)
+    parameters = scale * jnp.expm1(jnp.sqrt((shares**2).sum()))
+    form = reach * form_error * (force + parameters)
+    std = jnp.sqrt(parameters**2 + form**2) / reach
+    return _Own(lower, force, std, found.known[0], found.known.all())
+
+
+def _quantile(
+    force: Float[Array, " n"], std: Float[Array, " n"], weight: np.ndarray, rest: float, factor: float
+) -> Scalar:
+    """The smallest force that a mixture of normal laws exceeds with a probability of at most `rest`, from above."""
+    is_spread = std > 0
+    width = jnp.where(is_spread, std, 1.0)
+
+    def exceeded(f: Scalar) -> Scalar:
+        return jnp.asarray(weight) @ jnp.where(is_spread, ndtr((force - f) / width), force > f)
+
+    def halve(_: int, ends: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
+        low, high = ends
+        middle = (low + high) / 2
+        is_enough = exceeded(middle) <= rest
+        return jnp.where(is_enough, low, middle), jnp.where(is_enough, middle, high)
+
+    # at the upper end each law alone is exceeded with `rest`
+    ends = force.min(), (force + factor * std).max()
+    found: tuple[Scalar, Scalar] = jax.lax.fori_loop(0, HALVINGS, halve, ends)
+    return found[1]
