@@ -155,7 +155,7 @@ def test_check_of_a_table_names_the_first_offending_row(call, tmp_path):
     call("check", "--model", RIG, "--situations", blank, "--out", out)
     assert list(csv.DictReader(out.read_text().splitlines())) == found
     rig = tmp_path / "untried.yaml"
-    rig.write_text("rig: {m: 1.9, d: 60, k_f: 800, k_c: 6.0e4}\n")
+    rig.write_text("rig: {m: 1.9, d: 60, k_f: 800, k_c: 60000}\n")
     result = call("check", "--model", rig, "--situations", blank, "--out", out)
     found = list(csv.DictReader(out.read_text().splitlines()))
     assert "caution: range unknown" in result.output

@@ -68,10 +68,11 @@ def bounded(
     Each explanation i is asked at its best values and displaced by k = Phi^-1(confidence) deviations (at least one)
     along each independent direction a of what is uncertain, to either side:
 
-        k sigma_i = F_i (exp(sqrt(sum_a ln(1 + c_a/F_i)^2)) - 1),   c_a = max |F(z +- k sigma_a e_a) - F_i|.
+        k sigma_i = E (exp(sqrt(sum_a ln(1 + c_a/E)^2)) - 1),   c_a = max |F(z +- k sigma_a e_a) - F_i|,
 
-    That is the first-order quantile for small deviations, the exact one where a single parameter is uncertain and F
-    grows with it, and otherwise more: F is much like a product of powers, whose logarithms add. A draw without a peak
+    E = max(F_i - F_P, F_i/10). That is the first-order quantile for small deviations, the exact one where a single
+    parameter is uncertain and F grows with it, and otherwise more: the force above the pretension is much like a
+    product of powers, whose logarithms add. A draw without a peak
     is no force at all, so that a peak is asked for at every displaced point. Of the mixture the upper end is the
     smallest F with
 
@@ -135,9 +136,9 @@ def _of_one(
     places = jax.vmap(lambda amount, share: jnp.maximum(z + amount + share * z, least))(*by)
     found = jax.vmap(law, (0, None))(places.at[0].set(z), body)
     lower, force = found.lower[0], found.upper[0]
-    apart = jnp.maximum(found.upper - lower, force - found.lower)[1:]
-    up, down = jnp.split(apart, 2)
-    scale = jnp.where(force > 0, force, 1.0)
+    up, down = jnp.split(jnp.abs(found.upper[1:] - force), 2)
+    # what the parameters act on is the force above the pretension; a tenth, so that other forces do not explode
+    scale = jnp.maximum(force - z[-1], jnp.where(force > 0, force / 10, 1.0))
     shares = jnp.log1p(jnp.maximum(up, down) / scale)
     parameters = scale * jnp.expm1(jnp.sqrt((shares**2).sum()))
     form = reach * form_error * (force + parameters)

@@ -20,7 +20,7 @@ from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 Verdict = Literal["allowed", "not allowed", "not decidable"]
 SEVERITY: dict[Verdict, int] = {"allowed": 0, "not decidable": 1, "not allowed": 2}
 NEAR = 1e-3  # of the limit: nearer to it the exact model decides
-LARGE = 0.2  # of a parameter: up to this deviation the confidence has been measured
+LARGE = 0.3  # of a parameter: up to this deviation the confidence has been measured
 
 
 class Answer(NamedTuple):
@@ -257,7 +257,9 @@ def _cautions(model: ContactModel) -> tuple[str, ...]:
         )
     large = [name for name, share in zip(model.names, model.relative, strict=True) if share > LARGE]
     if large:
-        found.append(f"{', '.join(large)} vary by more than {LARGE:.0%}: the confidence holds roughly only")
+        found.append(
+            f"uncertain by more than {LARGE:.0%}: {', '.join(large)}; the confidence holds roughly only"
+        )
     if model.verdict == "unknown":
         found.append("the diagnosis found no known cause: a curve fitted freely stands in for it")
     if model.verdict == "ambiguous":
