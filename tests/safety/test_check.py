@@ -10,8 +10,9 @@ import pytest
 from acf_jax.contact.model import ContactModel, draw_forces
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.errors import InputError
-from acf_jax.safety.check import Checker, assumptions, body_of, limits_of
-from acf_jax.safety.limits import BodyArea, read_limits
+from acf_jax.safety.assumptions import assumptions
+from acf_jax.safety.check import Checker
+from acf_jax.safety.limits import BodyArea, body_of, limits_of, read_limits
 from acf_jax.safety.situation import Situation, read_situations
 from acf_jax.surrogate import load_surrogate
 from tests.corrected import gap_model, variant

@@ -32,7 +32,7 @@ NO_AREA = "not decided"
 
 def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
     """What a person reads of one verdict."""
-    from acf_jax.safety.check import STATEMENT
+    from acf_jax.safety.assumptions import STATEMENT
 
     a, s = answer, answer.situation
     kind = "transient" if s.contact == "transient" else "quasi-static"
@@ -98,7 +98,7 @@ def pressure_verdict(a: "Answer") -> str:
 
 def document(answer: "Answer", checker: "Checker", limits: "Limits", alone: bool) -> dict[str, Any]:
     """One verdict for programs; with the highest allowed velocity, which takes a search, where it stands alone."""
-    from acf_jax.safety.check import STATEMENT
+    from acf_jax.safety.assumptions import STATEMENT
 
     a, s = answer, answer.situation
     highest = checker.highest_speed(s) if alone and a.force_limit is not None else None
@@ -132,7 +132,7 @@ def document(answer: "Answer", checker: "Checker", limits: "Limits", alone: bool
 
 
 def _assumptions(a: "Answer", checker: "Checker") -> list[str]:
-    from acf_jax.safety.check import assumptions
+    from acf_jax.safety.assumptions import assumptions
 
     return (
         assumptions(checker.model, a.situation, a.area, checker.confidence)
@@ -168,7 +168,7 @@ def _cells(a: "Answer") -> list[str]:
 
 def summary(out: Path, answers: Sequence["Answer"], checker: "Checker", limits: "Limits") -> str:
     """How a table of situations came out, the first row that stands in the way, and what all rows rest on."""
-    from acf_jax.safety.check import STATEMENT
+    from acf_jax.safety.assumptions import STATEMENT
 
     counts = {v: sum(a.verdict == v for a in answers) for v in ("allowed", "not allowed", "not decidable")}
     lines = [f"{len(answers)} situations: " + ", ".join(f"{n} {v}" for v, n in counts.items())]

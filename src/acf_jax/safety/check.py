@@ -6,21 +6,21 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import norm
 
-from acf_jax.contact.body import Body, series_stiffness
+from acf_jax.contact.body import Body
 from acf_jax.contact.model import ContactModel, extrapolated
-from acf_jax.contact.peak import RIG, ClosedForm, Learned
+from acf_jax.contact.peak import ClosedForm
 from acf_jax.contact.read import by_surrogate
 from acf_jax.design.boundary import first_failure
 from acf_jax.safety import standard
+from acf_jax.safety.assumptions import cautions
 from acf_jax.safety.infer import Inferred, Way, exact_way, quick_way, trained_way
-from acf_jax.safety.limits import BodyArea
+from acf_jax.safety.limits import BodyArea, body_of, limits_of
 from acf_jax.safety.situation import CONFIDENCE, Situation, situation_faults
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 Verdict = Literal["allowed", "not allowed", "not decidable"]
 SEVERITY: dict[Verdict, int] = {"allowed": 0, "not decidable": 1, "not allowed": 2}
 NEAR = 1e-3  # of the limit: nearer to it the exact model decides
-LARGE = 0.3  # of a parameter: up to this deviation the confidence has been measured
 
 
 class Answer(NamedTuple):
@@ -81,7 +81,7 @@ class Checker:
         elif surrogate is not None and has_closed_form:
             self.quick = quick_way(model, confidence, surrogate)
         self.exact_name = "exact model" if has_closed_form else "simulation"
-        self.cautions = _cautions(model)
+        self.cautions = cautions(model)
 
     def __call__(self, situation: Situation) -> Answer:
         """The verdict on one situation: the worst over the areas that it names.
@@ -222,18 +222,6 @@ def _severity(a: Answer) -> tuple[int, float]:
     return SEVERITY[a.verdict], max(used, default=np.inf)
 
 
-def limits_of(area: BodyArea, contact: str) -> tuple[float, float | None]:
-    """Force (N) and pressure (N/cm^2) that hold: the factors belong to the limit, never to the force."""
-    if contact == "transient":
-        return area.transient_force, area.transient_pressure
-    return area.force, area.pressure
-
-
-def body_of(area: BodyArea, contact: str) -> Body:
-    """The area's stiffness, and its mass where it can recoil."""
-    return Body(1 / area.stiffness, 1 / area.mass if contact == "transient" else 0.0)
-
-
 def standard_speed(s: Situation, area: BodyArea, force_limit: float) -> float | None:
     """v_max of the standard's formula, where the robot's masses are given."""
     if s.moving_mass is None or s.payload is None:
@@ -247,71 +235,3 @@ def _lowest_limit(s: Situation, force_limit: float, pressure_limit: float | None
     if s.contact_area and pressure_limit is not None:
         return min(force_limit, pressure_limit * s.contact_area)
     return force_limit
-
-
-def _cautions(model: ContactModel) -> tuple[str, ...]:
-    found = []
-    if model.tried is None:
-        found.append(
-            "range unknown: the model names no tried v_e and f_p, so that nothing counts as extrapolation"
-        )
-    large = [name for name, share in zip(model.names, model.relative, strict=True) if share > LARGE]
-    if large:
-        found.append(
-            f"uncertain by more than {LARGE:.0%}: {', '.join(large)}; the confidence holds roughly only"
-        )
-    if model.verdict == "unknown":
-        found.append("the diagnosis found no known cause: a curve fitted freely stands in for it")
-    if model.verdict == "ambiguous":
-        count = 1 + len(model.others)
-        found.append(f"the diagnosis is ambiguous: the force covers {count} explanation{'s' * (count > 1)}")
-    return tuple(found)
-
-
-def assumptions(model: ContactModel, s: Situation, area: BodyArea, confidence: float) -> list[str]:
-    """What an answer on one area takes for granted."""
-    found = [f"the force is the true one at the contact, by {model.source}; no sensor's reading"]
-    if model.main.peak.credits_stiffness():
-        k_c = float(model.main.theta[RIG.index("k_c")])
-        both = series_stiffness(k_c, body_of(area, s.contact)) / 1e3
-        untried = (
-            "; the tried range is one of speed and pretension, not of so soft a contact"
-            if model.tried
-            else ""
-        )
-        found.append(
-            f"the body's {area.stiffness / 1e3:g} N/mm act in series with the pad's stiffness, {both:.3g} N/mm in"
-            f" all{untried}"
-        )
-    else:
-        found.append(
-            "the pad's law is not linear: the body's stiffness is left out, which overstates the force"
-        )
-    if s.contact == "transient":
-        found.append(
-            f"the body can recoil with {area.mass:g} kg and withdraw; if it can be clamped, check quasi_static"
-        )
-    else:
-        found.append(
-            "the body is clamped; the whole force, its first peak included, is held against the lasting limit"
-        )
-    found.append(
-        "the flange stays within its stroke and the robot stops before the force rises again; at the stroke's end"
-        " the robot's own mass would act"
-    )
-    if s.contact_area:
-        found.append(f"the force spreads evenly over {s.contact_area:g} cm^2; edges press harder")
-    if not np.any(model.relative) and not np.any(model.main.covariance):
-        found.append("the model's parameters are taken as exact: no standard deviations were given")
-    else:
-        found.append(f"limits are held with a confidence of {confidence:g} over the parameters' uncertainty")
-    is_of_diagnosis = not isinstance(model.main.peak, ClosedForm | Learned)
-    if is_of_diagnosis and model.verdict is None:
-        found.append("the diagnosis identified the cause: the model's file does not say so")
-    return found
-
-
-STATEMENT = (
-    "This is a calculation. It does not replace a measurement of force and pressure (ISO/PAS 5672) or a risk"
-    " assessment (ISO 12100)."
-)

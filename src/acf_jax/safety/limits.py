@@ -5,6 +5,7 @@ import functools
 from pathlib import Path
 from typing import NamedTuple
 
+from acf_jax.contact.body import Body
 from acf_jax.dataset.table import Row, Table, read_table
 from acf_jax.dataset.units import Limit
 from acf_jax.errors import InputError, shown
@@ -190,3 +191,15 @@ def _compared(area: BodyArea) -> BodyArea:
     if not above:
         return area
     return area._replace(caution=f"own limits of '{area.name}' are above {STANDARD}: {', '.join(above)}")
+
+
+def limits_of(area: BodyArea, contact: str) -> tuple[float, float | None]:
+    """Force (N) and pressure (N/cm^2) that hold: the factors belong to the limit, never to the force."""
+    if contact == "transient":
+        return area.transient_force, area.transient_pressure
+    return area.force, area.pressure
+
+
+def body_of(area: BodyArea, contact: str) -> Body:
+    """The area's stiffness, and its mass where it can recoil."""
+    return Body(1 / area.stiffness, 1 / area.mass if contact == "transient" else 0.0)

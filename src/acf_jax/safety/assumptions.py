@@ -1,0 +1,80 @@
+"""What a verdict takes for granted, and what makes it weaker than it looks."""
+
+import numpy as np
+
+from acf_jax.contact.body import series_stiffness
+from acf_jax.contact.model import ContactModel
+from acf_jax.contact.peak import RIG, ClosedForm, Learned
+from acf_jax.safety.limits import BodyArea, body_of
+from acf_jax.safety.situation import Situation
+
+LARGE = 0.3  # of a parameter: up to this deviation the confidence has been measured
+
+
+def cautions(model: ContactModel) -> tuple[str, ...]:
+    """What makes every verdict by this model weaker than it looks."""
+    found = []
+    if model.tried is None:
+        found.append(
+            "range unknown: the model names no tried v_e and f_p, so that nothing counts as extrapolation"
+        )
+    large = [name for name, share in zip(model.names, model.relative, strict=True) if share > LARGE]
+    if large:
+        found.append(
+            f"uncertain by more than {LARGE:.0%}: {', '.join(large)}; the confidence holds roughly only"
+        )
+    if model.verdict == "unknown":
+        found.append("the diagnosis found no known cause: a curve fitted freely stands in for it")
+    if model.verdict == "ambiguous":
+        count = 1 + len(model.others)
+        found.append(f"the diagnosis is ambiguous: the force covers {count} explanation{'s' * (count > 1)}")
+    return tuple(found)
+
+
+def assumptions(model: ContactModel, s: Situation, area: BodyArea, confidence: float) -> list[str]:
+    """What an answer on one area takes for granted."""
+    found = [f"the force is the true one at the contact, by {model.source}; no sensor's reading"]
+    if model.main.peak.credits_stiffness():
+        k_c = float(model.main.theta[RIG.index("k_c")])
+        both = series_stiffness(k_c, body_of(area, s.contact)) / 1e3
+        untried = (
+            "; the tried range is one of speed and pretension, not of so soft a contact"
+            if model.tried
+            else ""
+        )
+        found.append(
+            f"the body's {area.stiffness / 1e3:g} N/mm act in series with the pad's stiffness, {both:.3g} N/mm in"
+            f" all{untried}"
+        )
+    else:
+        found.append(
+            "the pad's law is not linear: the body's stiffness is left out, which overstates the force"
+        )
+    if s.contact == "transient":
+        found.append(
+            f"the body can recoil with {area.mass:g} kg and withdraw; if it can be clamped, check quasi_static"
+        )
+    else:
+        found.append(
+            "the body is clamped; the whole force, its first peak included, is held against the lasting limit"
+        )
+    found.append(
+        "the flange stays within its stroke and the robot stops before the force rises again; at the stroke's end"
+        " the robot's own mass would act"
+    )
+    if s.contact_area:
+        found.append(f"the force spreads evenly over {s.contact_area:g} cm^2; edges press harder")
+    if not np.any(model.relative) and not np.any(model.main.covariance):
+        found.append("the model's parameters are taken as exact: no standard deviations were given")
+    else:
+        found.append(f"limits are held with a confidence of {confidence:g} over the parameters' uncertainty")
+    is_of_diagnosis = not isinstance(model.main.peak, ClosedForm | Learned)
+    if is_of_diagnosis and model.verdict is None:
+        found.append("the diagnosis identified the cause: the model's file does not say so")
+    return found
+
+
+STATEMENT = (
+    "This is a calculation. It does not replace a measurement of force and pressure (ISO/PAS 5672) or a risk"
+    " assessment (ISO 12100)."
+)
