@@ -1,7 +1,12 @@
 """Settings every test runs under: float64, no silent rank promotion, warnings as errors.
 
 Compiled code is kept where the commands keep it: the tests share it with one another and with the commands they start.
+It is not optimised: the tests compile more than they compute.
 """
+
+import os
+
+os.environ.setdefault("XLA_FLAGS", "--xla_backend_optimization_level=0")
 
 import jax
 

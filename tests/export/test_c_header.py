@@ -1,7 +1,5 @@
 """The C headers against JAX, over their range and in their limits; needs a compiler and never runs in CI."""
 
-import os
-import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +8,7 @@ import jax
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from needs import need_program
 
 from acf_jax.cli.main import commands
 from acf_jax.errors import InputError
@@ -42,12 +41,7 @@ Run = Callable[[np.ndarray], np.ndarray]
 
 @pytest.fixture(scope="module")
 def compiler() -> str:
-    if os.environ.get("CI", "").lower() in ("1", "true"):
-        pytest.skip("compiles C: not in CI")
-    found = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-    if found is None:
-        pytest.skip("needs a C compiler: install gcc or clang")
-    return found
+    return need_program("cc", "gcc", "clang", remedy="install gcc or clang")
 
 
 def compiled(compiler: str, folder: Path, names: dict[str, str], inputs: int, outputs: list[str]) -> Run:
