@@ -134,6 +134,8 @@ def _scale(
     known = [v for v in values if isfinite(v)]
     low = axis.low if axis.low is not None else min(known)
     high = axis.high if axis.high is not None else max(known)
+    if low == high:  # a single value stands in the middle
+        low, high = low - (abs(low) / 2 or 1.0), high + (abs(high) / 2 or 1.0)
     step = _round_step((high - low) / 5)
     marks = [i * step for i in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
     ticks = [(m, f"{m:,.0f}" if step >= 1000 else f"{m:.10g}") for m in marks]
