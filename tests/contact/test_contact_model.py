@@ -61,7 +61,7 @@ def test_reduced_mass_never_understates_the_force_against_a_body(seed: int) -> N
 
 @pytest.mark.parametrize("effects", [(), ("gravity",), ("contact_damping",), ("sensor_scale",)])
 def test_corrected_model_gives_the_contact_force_that_predict_gives(effects: tuple[str, ...]) -> None:
-    own = {"gravity": (-8.0,), "contact_damping": (20.0, 3e4), "sensor_scale": (0.1,)}
+    own = {"gravity": (-8.0,), "contact_damping": (20.0, 3e4, 100.0), "sensor_scale": (0.1,)}
     values = own[effects[0]] if effects else ()
     assert not effects or len(values) == len(library()[effects[0]].parameters())
     gap = gap_model(effects, values)
@@ -85,7 +85,7 @@ def test_simulated_body_recoils_as_the_equations_say() -> None:
 
 
 def test_a_nonlinear_pad_does_not_credit_the_bodys_stiffness() -> None:
-    model = of_diagnosis(gap_model(("contact_damping",), (20.0, 3e4)))
+    model = of_diagnosis(gap_model(("contact_damping",), (20.0, 3e4, 100.0)))
     z = model.at(0.3, 60.0)[None]
     stiff, soft = (forces(model.main.peak, z, Body(1 / k, 0.0))[0][0] for k in (1e9, 1e4))
     assert stiff == soft and not model.main.peak.credits_stiffness()

@@ -7,6 +7,7 @@ from math import pi, tanh
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.signal import lsim
 
 from acf_jax.effects import library
@@ -82,17 +83,20 @@ def end_stop(sigma, sigma_o):
     )
 
 
-def contact_damping(c, chi):
-    return Truth(contact=lambda t, s, s_dot, y: K_C * s + F_P + (c + chi * max(s + F_P / K_C, 0)) * s_dot)
+def contact_damping(c, chi, c_2):
+    def contact(t, s, s_dot, y):
+        return K_C * s + F_P + (c + chi * max(s + F_P / K_C, 0) + c_2 * abs(s_dot)) * s_dot
+
+    return Truth(contact=contact)
 
 
 def contact_hardening(excess, gain, q):
-    n = 1 + excess
-    return Truth(
-        contact=lambda t, s, *_: (
-            100 * ((F_P / 100) ** (1 / n) + K_C * s / (100 * n)) ** n + gain * K_C * s * (abs(s) / 1e-3) ** q
-        )
-    )
+    def law(whole):
+        power = 100 * (K_C * abs(whole) / (100 * (1 + excess))) ** (1 + excess)
+        return np.sign(whole) * power + gain * K_C * whole * (abs(whole) / 1e-3) ** q
+
+    at_rest = brentq(lambda whole: law(whole) - F_P, 0.0, 0.1, xtol=1e-16)
+    return Truth(contact=lambda t, s, *_: law(at_rest + s))
 
 
 def pad_relaxation(ratio, share, tau):

@@ -27,18 +27,17 @@ def fit_single(ground: Ground, name: str) -> Fit:
 
     An effect's own starts begin at the rig's prior, and one more at the recalibrated model with the strength that
     explains most of what it leaves. Where it leaves little, the answer is a small step from it: there all starts begin
-    at the recalibrated model, and only the strongest at the prior, too. A port always begins at the recalibrated model
-    as well, so that it never explains less than that.
+    at the recalibrated model, and only the strongest at the prior, too. A port begins with its first start at the prior
+    and with the one that promises most at the recalibrated model, so that it never explains less than that.
     """
     observations, nominal = ground.observations, ground.fitted
-    begins = starts(name)
-    near = begins if 2 * nominal.objective < LITTLE * observations.n_used else []
-    far = begins[-1:] if near else begins
+    begins, promise = starts(name), ground.promise(name)
     if name in library():
-        gain, promised = ground.promise(name)
-        near = [*near, promised.tolist()] if gain > HINT else near
+        near = begins if 2 * nominal.objective < LITTLE * observations.n_used else []
+        far = begins[-1:] if near else begins
+        near = [*near, promise.parameters.tolist()] if promise.gain > HINT else near
     else:
-        near = begins[:1]
+        far, near = begins[:1], [promise.start]
     at_prior = [np.concatenate([observations.prior.values, start, [0.0]]) for start in far]
     at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]]) for start in near]
     return best(

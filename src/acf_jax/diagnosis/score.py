@@ -32,7 +32,7 @@ class Weights:
     nu: float = 12.0  # how many independent pieces a misfit of form has
     nu_noise: float = 18.0  # the same for noise that is not as it is said to be
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
-    effect: float = 5.4  # cost of one effect, in log probability
+    effect: float = 4.8  # cost of one effect, in log probability
     second: float = 4.8  # cost of each further one
     port: float = 10.5  # cost of the free discrepancy at a port
     nameless: float = 12.4  # cost of a cause that neither the library nor the ports can imitate
@@ -85,16 +85,21 @@ def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WE
     The nameless cause would leave nothing but noise, here a little more than the noise as known.
     """
     noise = samples * (1 + weights.margin + 3 * np.sqrt(2 / samples))
-    rig = np.array([e.strain for e in evidence])
     chi2 = np.append([e.chi_square for e in evidence], noise)
     excess, gap = chi2 - chi2.min(), chi2[0] - chi2.min()
     pieces = samples / SAMPLES_A_PIECE
     nu, nu_noise = min(weights.nu, pieces), min(weights.nu_noise, pieces)
     misfit = 0.5 * nu * np.log1p(excess / (nu + weights.rho_squared * gap))
     misfit[0] = 0.5 * nu_noise * np.log1p(gap / nu_noise)
-    strained = 0.5 * weights.freedom * np.log1p(rig / weights.freedom).sum(1)
+    strained = _strained(evidence, weights)
     costs = [cost(e.explanation, weights) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
+
+
+def _strained(evidence: Sequence[Evidence], weights: Weights) -> np.ndarray:
+    """Log probability that each explanation loses because the rig's own parameters left their priors."""
+    rig = np.array([e.strain for e in evidence])
+    return np.asarray(0.5 * weights.freedom * np.log1p(rig / weights.freedom).sum(1))
 
 
 def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
@@ -105,8 +110,9 @@ def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights =
     named = p[:-1]
     at_ports = np.array([is_port(e.explanation) for e in evidence])
     if at_ports.any():
-        # where the nameless cause acts is told by the ports, each as likely as it explains the data
-        share = np.exp(score[:-1][at_ports] - score[:-1][at_ports].max())
+        # where the nameless cause acts is told by how well each port fits; what its rig had to do for that says little
+        fitting = (score[:-1] + _strained(evidence, weights))[at_ports]
+        share = np.exp(fitting - fitting.max())
         named[at_ports] += p[-1] * share / share.sum()
     named /= named.sum()
     excess = max(0.0, (named.max() - HIGHEST) / (named.max() - 1 / len(named)))

@@ -56,9 +56,9 @@ def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[
         for name in effects:
             if name in leader.explanation:
                 continue
-            gain, start = ground.promise(name)
-            if gain > WORTH_ONE_MORE:
-                promised.append((leader.objective - 0.5 * gain, leader, name, start))
+            promise = ground.promise(name)
+            if promise.gain > WORTH_ONE_MORE:
+                promised.append((leader.objective - 0.5 * promise.gain, leader, name, promise.parameters))
     wanted: dict[Explanation, tuple[Fit, str, np.ndarray]] = {}
     for _, leader, name, start in sorted(promised, key=lambda item: item[0]):
         if len(wanted) < most:

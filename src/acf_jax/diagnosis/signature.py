@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,6 +10,14 @@ from acf_jax.diagnosis.fit import Fit, linearise
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.space import Explanation, coordinates, every_effect, starts
+
+
+class Promise(NamedTuple):
+    """What an effect may explain of what a fit leaves, to first order."""
+
+    gain: float  # in chi-square
+    parameters: np.ndarray  # with which it does
+    start: list[float]  # the start of the effect that they go on from
 
 
 @dataclass(frozen=True)
@@ -33,20 +42,23 @@ class Ground:
             if np.isfinite(changed).all():
                 yield start, changed, every_effect()[name].parameters()[0].low < 0
 
-    def promise(self, name: str) -> tuple[float, np.ndarray]:
-        """How much of what the fit leaves an effect explains, in chi-square, and with which parameters.
+    def promise(self, name: str) -> Promise:
+        """How much of what the fit leaves an effect explains, over its starts.
 
         To first order: of the residual r a signature s may take (r' s)^2 / s' P s, with a sign that the effect allows.
         """
         strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
-        gain, parameters = 0.0, np.array(starts(name)[0])
+        first = starts(name)[0]
+        best = Promise(0.0, np.array(first), first)
         for start, signal, two_sided in self.signatures(name):
             # at the optimum the residuals, those of the priors included, are orthogonal to all that was fitted
             taken = float((self.fitted.linear.residual * signal).sum())
             size = self.projector.gram(signal[None])[0, 0]
-            if size > 0 and (two_sided or taken > 0) and taken**2 / size > gain:
-                gain, parameters = taken**2 / size, np.where(strengths, taken / size, 1.0) * np.array(start)
-        return gain, parameters
+            if size > 0 and (two_sided or taken > 0) and taken**2 / size > best.gain:
+                best = Promise(
+                    taken**2 / size, np.where(strengths, taken / size, 1.0) * np.array(start), start
+                )
+        return best
 
 
 def _residual(

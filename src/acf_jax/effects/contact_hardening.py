@@ -1,19 +1,23 @@
+import jax
 import jax.numpy as jnp
 
 from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+from acf_jax.model import Rig
 
-F_0 = 100.0  # N; at this force the contact has the stiffness k_C of the rig
+F_0 = 100.0  # N; at this force the power law has the stiffness k_C of the rig
 S_0 = 1e-3  # m; unit of compression of the pad's own gain
-TINY = 1e-12  # the power law has no slope at zero
+LEAST = 1e-6  # N, of the force at first contact
+TINY = 1e-15  # m; a power law has no slope at zero
+NEWTON_STEPS = 6  # from at most twice the solution
 
 
 class ContactHardening(AbstractEffect):
-    """The contact spring stiffens: a power law of the whole compression, and a pad that hardens from first contact.
+    """The contact spring stiffens: a power law, and a pad that hardens, of the whole compression S.
 
-    F_C = F_0 b^n + beta k_C s |s/s_0|^q, b = (F_C(0)/F_0)^(1/n) + k_C s / (n F_0), with n = 1 + excess: the tangent
-    stiffness grows as F^(1 - 1/n) and is k_C at F_0 = 100 N. n = 1.5 is Hertz' contact (Johnson, 'Contact Mechanics',
-    Cambridge, 1985, ch. 4); q = 2 is a rubber pad's cubic term, more a foam that densifies (Gibson and Ashby, 'Cellular
-    Solids', 1997, ch. 5).
+    F_C = F_0 (k_C S / (n F_0))^n + beta k_C S |S/s_0|^q, S = S(0) + s with F_C = F_C(0) at S(0), as Eq. (2)'s s_0 of
+    the linear spring, n = 1 + excess. The power law's stiffness grows as F^(1 - 1/n) and is k_C at F_0 = 100 N.
+    n = 1.5 is Hertz' contact (Johnson, 'Contact Mechanics', Cambridge, 1985, ch. 4); q = 2 is a rubber pad's cubic
+    term, more a foam that densifies (Gibson and Ashby, 'Cellular Solids', 1997, ch. 5).
     """
 
     component = "contact"
@@ -22,18 +26,32 @@ class ContactHardening(AbstractEffect):
     exponent_excess: Scalar = strength(
         "1", -0.4, 3.0, (0.1, 0.5, 0.05), 0.3, "exponent of the force law less one"
     )
-    gain: Scalar = strength("1", -0.9, 20.0, (0.0, 0.0, 0.1), 0.2, "relative gain of the pad's force at 1 mm")
+    gain: Scalar = strength("1", 0.0, 20.0, (0.0, 0.0, 0.1), 0.2, "relative gain of the pad's force at 1 mm")
     pad_exponent: Scalar = shape("1", 0.7, 5.0, (1.5, 1.5, 2.0), "exponent q of that gain")
 
     def contact_force(self, motion: Motion, own: Scalar) -> Scalar:
-        n = 1 + self.exponent_excess
-        k_c, s, f_0 = motion.rig.k_c, motion.s, motion.f_0
-        base = (jnp.maximum(f_0, TINY) / F_0) ** (1 / n) + k_c * s / (n * F_0)
-        # an odd law: it continues beyond the loss of contact, where n = 1 has to be the paper's two-sided spring
-        power = F_0 * jnp.sign(base) * jnp.maximum(jnp.abs(base), TINY) ** n
+        f_0 = jnp.maximum(motion.f_0, LEAST)
+        compression = self._at_rest(motion.rig, f_0) + motion.s
+        return self._law(motion.rig, compression) - f_0 - motion.rig.k_c * motion.s
+
+    def _law(self, rig: Rig, compression: Scalar) -> Scalar:
+        """Force of a compression, an odd law: beyond the loss of contact the paper's spring is two-sided, too."""
+        n, size = 1 + self.exponent_excess, jnp.sqrt(compression**2 + TINY**2)
+        power = F_0 * (rig.k_c * size / (n * F_0)) ** n
         return (
-            power
-            - f_0
-            - k_c * s
-            + self.gain * k_c * s * (jnp.sqrt(s**2 + TINY**2) / S_0) ** self.pad_exponent
+            jnp.sign(compression) * power
+            + self.gain * rig.k_c * compression * (size / S_0) ** self.pad_exponent
         )
+
+    def _at_rest(self, rig: Rig, f_0: Scalar) -> Scalar:
+        """The compression under the force f_0, by Newton's method from what either term alone would need."""
+        n = 1 + self.exponent_excess
+        of_power = n * F_0 / rig.k_c * (f_0 / F_0) ** (1 / n)
+        of_pad = S_0 * (f_0 / (jnp.maximum(self.gain, 1e-12) * rig.k_c * S_0)) ** (
+            1 / (1 + self.pad_exponent)
+        )
+        compression = jnp.minimum(of_power, of_pad)
+        for _ in range(NEWTON_STEPS):
+            force, slope = jax.jvp(lambda s: self._law(rig, s), (compression,), (jnp.ones_like(compression),))
+            compression = compression - (force - f_0) / slope
+        return compression

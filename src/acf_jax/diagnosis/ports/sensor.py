@@ -1,28 +1,37 @@
 import jax.numpy as jnp
 
-from acf_jax.effects import AbstractEffect, strength
+from acf_jax.effects import AbstractEffect, shape, strength
 from acf_jax.effects._interface import Scalar
 
 F_0 = 100.0  # N, an impact's typical force
 LAG = 5e-4  # s
+KINKS = (50.0, 90.0, 160.0, 280.0, 500.0, 900.0)  # N, where fits look for one
+NO_KINK = [0.0] * len(KINKS)
 
 
 class UnknownSensor(AbstractEffect):
-    """A reading as a free function of the force, its short past, its rate of change and the force at first contact."""
+    """A reading as a free function of the force, its short past, its rate of change and the force at first contact.
+
+    The function of the force is a polynomial with a kink, as where a sensor or its amplifier leaves its range.
+    """
 
     component = "sensor"
     title = "Unknown cause at the sensor"
     n_memory = 3
 
-    gain: Scalar = strength("1", -0.8, 3.0, (0.02,), 0.1, "in proportion to the force")
+    gain: Scalar = strength("1", -0.8, 3.0, (0.02, *NO_KINK), 0.1, "in proportion to the force")
     square_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "at 100 N, with the square of the force")
     cube_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 3.0, "at 100 N, with the cube of the force")
-    lagging: Scalar = strength("1", -2.0, 2.0, (0.02,), 0.2, "share that lags by 0.5 ms")
+    lagging: Scalar = strength("1", -2.0, 2.0, (0.02, *NO_KINK), 0.2, "share that lags by 0.5 ms")
     rate_s: Scalar = strength("s", -5e-3, 5e-3, (0.0,), 1e-4, "with the rate of change of the lagging force")
     drift_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "with the integral of the force, per 1 N s")
     offset_n: Scalar = strength("N", -200.0, 200.0, (0.0,), 2.0, "constant while in contact")
 
     first: Scalar = strength("1", -2.0, 2.0, (0.0,), 0.05, "in proportion to the force at first contact")
+    beyond: Scalar = strength(
+        "1", -3.0, 3.0, (0.0, *[0.02] * len(KINKS)), 0.3, "in proportion to the force beyond a level"
+    )
+    level_n: Scalar = shape("N", 10.0, 5e3, (150.0, *KINKS), "that level")
 
     def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:
         decay = jnp.exp(-h / LAG)
@@ -30,6 +39,7 @@ class UnknownSensor(AbstractEffect):
         impulse = memory[1] + h * (f[0] + f[1]) / 2
         u = f[1] / F_0
         static = self.gain * f[1] + self.square_n * u * jnp.abs(u) + self.cube_n * u**3 + self.offset_n
+        static = static + self.beyond * jnp.maximum(f[1] - self.level_n, 0.0)
         past = (self.lagging + self.rate_s / LAG) * (lagged - f[1]) + self.drift_n * impulse
         first = jnp.where(memory[2] == 0.0, f[1], memory[2])
         return jnp.stack([lagged, impulse, first]), f[1] + static + past + self.first * first
