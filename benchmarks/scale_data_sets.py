@@ -25,7 +25,7 @@ class Cost(NamedTuple):
     workers: int
     data_sets: int
     seconds: float
-    megabytes: float  # of the process that hands the work out
+    megabytes: float  # of the largest of its processes
 
 
 def draw(folder: Path, count: int) -> None:
@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         costs = [measure(*shape, f"out-{shape}") for shape in SHAPES]
         empty = run_python([*me, "hand_out", "--count", str(PIECES)], environment)
     print(f"`fleet` on rigs with dry friction, 20 traces each; {describe()}; {load()}\n")
-    print("| processes | data sets | s | s a data set | memory of the process that hands out, MB |")
+    print("| processes | data sets | s | s a data set | largest process, MB |")
     print("|--:|--:|--:|--:|--:|")
     for c in costs:
         print(
