@@ -20,25 +20,30 @@ import onnxruntime
 from acf_jax.contact.read import of_rig
 from acf_jax.export import peak_header
 from acf_jax.export.c_header import c_header
-from acf_jax.export.formula import of_paper
+from acf_jax.export.formula import Formula, of_corrected, of_paper
 from acf_jax.export.onnx_model import onnx_model
 from acf_jax.model import Impact, Rig, find_peak
 from acf_jax.safety.check import Checker
 from acf_jax.safety.limits import read_limits
 from acf_jax.safety.situation import Situation
 from acf_jax.surrogate import load_surrogate
+from acf_jax.surrogate.corrected_file import load_corrected
 from benchmarks.machine import describe
 
 CALLS = 5000
 RIG = {"m": 1.9, "d": 60.0, "k_f": 800.0, "k_c": 6e4}
 STD = {"m": 0.02, "d": 0.2, "k_f": 0.3, "k_c": 0.05, "v_e": 0.005, "f_p": 0.01}
 F_P = 60.0
+EXAMPLE = Path(__file__).resolve().parents[1] / "examples/rig_surrogate.eqx"
+
+Asked = tuple[Formula, list[float | None]]  # what to compute, and where; None stands for the velocity
 
 PROGRAM = r"""
 #include <stdio.h>
 #include <time.h>
 #include "acf_peak.h"
 #include "surrogate.h"
+#include "corrected.h"
 static double now(void)
 {
     struct timespec t;
@@ -49,11 +54,13 @@ int main(void)
 {
     double v, sum = 0;
     while (fread(&v, sizeof v, 1, stdin) == 1) {
-        double y[3] = {now(), 0, 0};
+        double y[4] = {now(), 0, 0, 0};
         sum += acf_find_peak(ARGUMENTS).f_max;
         y[1] = now();
         sum += surrogate(ARGUMENTS).f_max;
         y[2] = now();
+        sum += corrected(CORRECTED).f_max;
+        y[3] = now();
         fwrite(y, sizeof y, 1, stdout);
     }
     return sum > 0 ? 0 : 1;
@@ -73,31 +80,49 @@ def microseconds(call: Callable[[float], object], speeds: Sequence[float]) -> li
     return spent
 
 
-def in_c(compiler: str, speeds: Sequence[float], folder: Path) -> tuple[list[float], list[float]]:
-    """Exact peak and shipped surrogate, each call timed in C, the clock's own time included."""
+def in_c(compiler: str, speeds: Sequence[float], folder: Path) -> dict[str, list[float]]:
+    """Exact peak and both surrogates, each call timed in C, the clock's own time included."""
     (folder / "acf_peak.h").write_text(peak_header())
-    (folder / "surrogate.h").write_text(c_header(of_paper(load_surrogate()), "surrogate", "shipped"))
-    arguments = ", ".join(map(repr, RIG.values())) + f", v, {F_P}"
-    (folder / "main.c").write_text(PROGRAM.replace("ARGUMENTS", arguments))
+    calls = {"ARGUMENTS": of_shipped(), "CORRECTED": of_example()}
+    program = PROGRAM
+    for name, (argument, (formula, at)) in zip(("surrogate", "corrected"), calls.items(), strict=True):
+        (folder / f"{name}.h").write_text(c_header(formula, name, name))
+        program = program.replace(argument, ", ".join("v" if x is None else repr(x) for x in at))
+    (folder / "main.c").write_text(program)
     options = ["-std=c99", "-D_POSIX_C_SOURCE=199309L", "-O2", "-o", "main"]
     subprocess.run([compiler, *options, "main.c", "-lm"], cwd=folder, check=True)
     done = subprocess.run(
         [folder / "main"], input=np.array(speeds).tobytes(), capture_output=True, check=True
     )
-    exact, surrogate = np.diff(np.frombuffer(done.stdout).reshape(-1, 3), axis=1).T
-    return exact.tolist(), surrogate.tolist()
+    spent = np.diff(np.frombuffer(done.stdout).reshape(-1, 4), axis=1).T.tolist()
+    return dict(zip(("exact peak", "surrogate", "surrogate of a corrected model"), spent, strict=True))
 
 
-def in_onnx_runtime(speeds: Sequence[float]) -> list[float]:
-    """The shipped surrogate, one sample a call, on one thread."""
+def of_shipped() -> Asked:
+    """The shipped surrogate of the paper's model, at one rig."""
+    return of_paper(load_surrogate()), [*RIG.values(), None, F_P]
+
+
+def of_example() -> Asked:
+    """The surrogate of the example's corrected model, in the middle of its box."""
+    surrogate, _ = load_corrected(EXAMPLE)
+    formula, domain = of_corrected(surrogate), surrogate.domain
+    middle = domain.at(np.full((1, len(domain.free)), 0.5))[0, domain.free].tolist()
+    return formula, [None if q.name == "v_e" else x for q, x in zip(formula.inputs, middle, strict=True)]
+
+
+def in_onnx_runtime(asked: Asked, speeds: Sequence[float]) -> list[float]:
+    """A surrogate, one sample a call, on one thread."""
+    formula, at = asked
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
-    model = onnx_model(of_paper(load_surrogate())).SerializeToString()
+    model = onnx_model(formula).SerializeToString()
     session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
-    x = np.array([[*RIG.values(), 0.0, F_P]])
+    x = np.array([[0.0 if value is None else value for value in at]])
+    column = at.index(None)
 
     def call(v: float) -> object:
-        x[0, 4] = v
+        x[0, column] = v
         return session.run(None, {"x": x})
 
     return microseconds(call, speeds)
@@ -139,13 +164,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     speeds = np.random.default_rng(0).uniform(0.05, 0.5, options.calls).tolist()
 
     rows = {f"Python: {name}": spent for name, spent in in_python(speeds).items()}
-    rows["ONNX Runtime from Python: surrogate"] = in_onnx_runtime(speeds)
+    rows["ONNX Runtime from Python: surrogate"] = in_onnx_runtime(of_shipped(), speeds)
+    rows["ONNX Runtime from Python: surrogate of a corrected model"] = in_onnx_runtime(of_example(), speeds)
     compiler = shutil.which("cc")
     if compiler is None:
         print("no C compiler: the rows of C are left out", file=sys.stderr)
     else:
         with tempfile.TemporaryDirectory() as folder:
-            rows["C: exact peak"], rows["C: surrogate"] = in_c(compiler, speeds, Path(folder))
+            rows |= {f"C: {name}": spent for name, spent in in_c(compiler, speeds, Path(folder)).items()}
 
     print(f"One sample a call, {len(speeds):,} calls of each kind; {describe()}\n")
     print("| | p50, µs | p99, µs |\n|---|--:|--:|")
