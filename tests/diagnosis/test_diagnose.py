@@ -12,7 +12,7 @@ from acf_jax.diagnosis.candidates import fit_nominal, fit_single
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.fit import Fit, fit
-from acf_jax.diagnosis.model_file import gap_model, read_model, write_model
+from acf_jax.diagnosis.model_file import _corners, gap_model, read_model, write_model
 from acf_jax.diagnosis.observe import observe
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
@@ -44,9 +44,25 @@ def test_the_model_file_comes_back_as_it_was(diagnosed: Diagnosis, tmp_path: Pat
     assert read_model(path) == model
     assert model.verdict == diagnosed.verdict
     content = json.loads(path.read_text())
-    del content["verdict"]  # as earlier versions wrote it
+    del content["verdict"], content["corners"]  # as earlier versions wrote it
     path.write_text(json.dumps(content))
-    assert read_model(path) == model.model_copy(update={"verdict": None})
+    assert read_model(path) == model.model_copy(update={"verdict": None, "corners": ()})
+
+
+@pytest.mark.parametrize(
+    ("conditions", "corners"),
+    [
+        (
+            [(v, f) for v in (0.1, 0.2, 0.3) for f in (50, 70, 90)],
+            [(0.1, 50), (0.1, 90), (0.3, 50), (0.3, 90)],
+        ),
+        ([(0.1, 50), (0.2, 55), (0.3, 50), (0.1, 90), (0.1, 70)], [(0.1, 50), (0.1, 90), (0.3, 50)]),
+        ([(0.1, 50), (0.3, 70), (0.2, 60)], [(0.1, 50), (0.3, 70)]),
+        ([(0.1, 0)], [(0.1, 0), (0.1, 0)]),
+    ],
+)
+def test_the_corners_enclose_the_conditions(conditions, corners) -> None:  # type: ignore[no-untyped-def]
+    assert list(_corners(*np.array(conditions, float).T)) == corners
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 from acf_jax.contact.model import ContactModel, draw_forces
 from acf_jax.contact.read import of_diagnosis, of_rig
+from acf_jax.contact.tried import Tried
 from acf_jax.errors import InputError
 from acf_jax.safety.assumptions import assumptions
 from acf_jax.safety.check import Checker
@@ -70,7 +71,7 @@ def test_pressure_decides_with_an_area_and_is_not_decided_without(checker: Check
 
 
 def test_nothing_is_allowed_by_extrapolation() -> None:
-    tried = Checker(of_rig(RIG, STD, None, ((0.05, 0.3), (50.0, 90.0))))
+    tried = Checker(of_rig(RIG, STD, None, Tried((0.05, 0.3), (50.0, 90.0))))
     assert tried(situation(v=0.2)).verdict == "allowed"
     for s in (situation(v=0.31), situation(v=0.01), situation(f=91.0)):
         answer = tried(s)
@@ -79,6 +80,18 @@ def test_nothing_is_allowed_by_extrapolation() -> None:
     untried = Checker(of_rig(RIG, {}))
     assert untried.highest_speed(situation("Kneecap"), up_to=0.4) == (0.4, "search")
     assert "range unknown" in untried(situation()).cautions[0]
+
+
+def test_speed_and_pretension_must_have_been_tried_together() -> None:
+    corners = ((0.05, 50.0), (0.05, 90.0), (0.3, 50.0))
+    tried = Tried((0.05, 0.3), (50.0, 90.0), corners)
+    assert tried.speeds_at(60.0) == pytest.approx((0.05, 0.2375)) and tried.speeds_at(90.0) == (0.05, 0.05)
+    rig = Checker(of_rig(RIG, STD, None, tried))
+    assert rig(situation(v=0.2)).verdict == "allowed"
+    answer = rig(situation(v=0.25))
+    assert answer.verdict == "not decidable" and "only 0.05 to 0.2375 m/s" in answer.reasons[0]
+    v, end = rig.highest_speed(situation("Kneecap"))
+    assert end == "tried range" and v == pytest.approx(0.2375)
 
 
 def test_a_force_without_a_first_peak_is_not_decidable() -> None:

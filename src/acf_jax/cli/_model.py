@@ -31,7 +31,7 @@ class ModelFile:
         self.path, self.surrogate = path, surrogate
         self.rig: dict[str, float] = {}
         self.relative_std = dict(relative_std or {})
-        self.tried: tuple[tuple[float, float], tuple[float, float]] | None = None
+        self.tried: tuple[tuple[float, float], tuple[float, float]] | None = None  # of v_e and of f_p
         faults: list[str] = []
         if path.is_dir():
             self.path = path / "model.json"  # a diagnosis' folder
@@ -83,12 +83,14 @@ class ModelFile:
             return of_diagnosis(gap, self.relative_std, str(self.path)), trained
         if self.is_diagnosis:
             return of_diagnosis(read_model(self.path), self.relative_std, str(self.path)), None
-        surrogate = None
+        from acf_jax.contact.tried import Tried
+
+        surrogate, tried = None, Tried(*self.tried) if self.tried else None
         if self.surrogate is not None:
             from acf_jax.surrogate import load_surrogate
 
             surrogate = load_surrogate(None if str(self.surrogate) == "shipped" else self.surrogate)
-        return of_rig(self.rig, self.relative_std, surrogate, self.tried, str(self.path)), None
+        return of_rig(self.rig, self.relative_std, surrogate, tried, str(self.path)), None
 
     def _check_trained(self) -> list[str]:
         """Of the header only; `load` reads the rest."""

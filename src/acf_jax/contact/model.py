@@ -10,8 +10,8 @@ from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.peak import RIG, AbstractPeak, ContactPeak
+from acf_jax.contact.tried import Tried
 
-Range = tuple[float, float]
 Scalar = Float[Array, ""]
 
 
@@ -37,7 +37,7 @@ class ContactModel(eqx.Module):
     others: tuple[Variant, ...]  # explanations that stand beside the main one; they share the rig's four
     relative: np.ndarray  # (p + 2,) standard deviation of z over its value, besides `covariance`
     form_error: float  # relative standard deviation of a peak: what the law itself misses
-    tried: tuple[Range, Range] | None = eqx.field(static=True)  # v_E and F_P of the trials behind it
+    tried: Tried | None = eqx.field(static=True)  # v_E and F_P of the trials behind it
     source: str = eqx.field(static=True)
     verdict: str | None = eqx.field(static=True, default=None)  # of the diagnosis behind it
 
@@ -54,19 +54,7 @@ class ContactModel(eqx.Module):
 
     def is_extrapolated(self, z: np.ndarray) -> list[str]:
         """What of v_E and F_P lies outside the tried range; nothing where no trials are known."""
-        return extrapolated(self.tried, float(z[-2]), float(z[-1]))
-
-
-def extrapolated(tried: tuple[Range, Range] | None, v_e: float, f_p: float) -> list[str]:
-    """What of contact velocity and pretension lies outside a tried range, in words."""
-    if tried is None:
-        return []
-    rows = zip(("v_e", "f_p"), ("m/s", "N"), (v_e, f_p), tried, strict=True)
-    return [
-        f"{name} = {value:g} {unit} lies outside the tried {low:g} to {high:g} {unit}"
-        for name, unit, value, (low, high) in rows
-        if not low <= value <= high
-    ]
+        return self.tried.beyond(float(z[-2]), float(z[-1])) if self.tried else []
 
 
 class Spread(NamedTuple):

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 import equinox as eqx
 import numpy as np
 
-from acf_jax.contact.model import ContactModel, Range, Variant
+from acf_jax.contact.model import ContactModel, Variant
 from acf_jax.contact.peak import RIG, AbstractPeak, ClosedForm, Learned, Simulated, Trained
+from acf_jax.contact.tried import Range, Tried
 from acf_jax.dataset import Measurement
 from acf_jax.diagnosis.model_file import GapModel
 from acf_jax.diagnosis.model_file import Variant as Saved
@@ -22,12 +23,12 @@ def of_rig(
     rig: Mapping[str, float],
     relative_std: Mapping[str, float],
     surrogate: Surrogate | None = None,
-    tried: tuple[Range, Range] | None = None,
+    tried: Tried | None = None,
     source: str = "rig",
 ) -> ContactModel:
     """The paper's model at given values, each with a relative standard deviation (zero where none is given).
 
-    `tried`: lowest and highest v_e and f_p that measurements stand behind, where there are any.
+    `tried`: which v_e and f_p measurements stand behind, where there are any.
     """
     theta = np.array([float(rig[name]) for name in RIG])
     peak: AbstractPeak = ClosedForm() if surrogate is None else Learned(surrogate)
@@ -71,7 +72,7 @@ def of_diagnosis(
         others=tuple(_variant(model, v) for v in model.alternatives if is_corrected),
         relative=np.array([float(given.get(name, 0.0)) for name in names]),
         form_error=model.peak_form_error if is_corrected else 0.0,
-        tried=(model.v_range, model.f_p_range),
+        tried=Tried(model.v_range, model.f_p_range, model.corners),
         source=source,
         verdict=model.verdict,
     )

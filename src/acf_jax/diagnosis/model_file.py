@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from scipy.spatial import ConvexHull, QhullError
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
@@ -34,6 +35,7 @@ def _in_order(value: tuple[float, float]) -> tuple[float, float]:
     return value
 
 
+Condition = tuple[Annotated[Finite, Field(ge=0)], Annotated[Finite, Field(ge=0)]]  # v_E in m/s, F_P in N
 Between = Annotated[tuple[Finite, Finite], AfterValidator(_in_order)]
 
 
@@ -68,6 +70,7 @@ class GapModel(BaseModel):
     v_range: Between  # m/s, contact velocities of the trials
     f_p_range: Between  # N, pretensions of the trials
     verdict: Verdict | None = None  # of the diagnosis; files of earlier versions have none
+    corners: tuple[Condition, ...] = ()  # of the region that the trials enclose; earlier versions have none
 
 
 def variant(fitted: Fit, probability: float) -> Variant:
@@ -113,8 +116,19 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         sample_rate_hz=float(1 / np.median(interval)) if interval.size else 10e3,
         v_range=(float(o.v_e.min()), float(o.v_e.max())),
         f_p_range=(float(o.f_p.min()), float(o.f_p.max())),
+        corners=_corners(o.v_e, o.f_p),
         verdict=cast(Verdict, d.verdict),
     )
+
+
+def _corners(v_e: np.ndarray, f_p: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """The corners of the region that the trials' conditions enclose: of a polygon, or the ends of a line."""
+    points = np.unique(np.column_stack([v_e, f_p]), axis=0)  # in order: the ends of a line are first and last
+    try:
+        chosen = points[np.sort(ConvexHull(points / np.maximum(points.max(0), 1e-12)).vertices)]
+    except (QhullError, ValueError):  # no area
+        chosen = points[[0, -1]]
+    return tuple((float(v), float(f)) for v, f in chosen)
 
 
 def write_model(model: GapModel) -> str:

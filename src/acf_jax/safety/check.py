@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import norm
 
 from acf_jax.contact.body import Body
-from acf_jax.contact.model import ContactModel, extrapolated
+from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import ClosedForm
 from acf_jax.contact.read import by_surrogate
 from acf_jax.design.boundary import first_failure
@@ -98,7 +98,7 @@ class Checker:
 
     def highest_speed(self, s: Situation, up_to: float = 2.0) -> HighestSpeed:
         """The lowest velocity at which this situation stops being allowed, m/s, or where the search for it ends."""
-        (low, top) = self.tried[0] if self.tried else (0.0, up_to)
+        low, top = self.tried.speeds_at(s.f_p) if self.tried else (0.0, up_to)
         end: Literal["tried range", "search"] = "tried range" if self.tried and top <= up_to else "search"
         top = min(top, up_to)
 
@@ -157,9 +157,8 @@ class Checker:
 
     def _unanswered(self, s: Situation, found: Inferred) -> list[str]:
         """Why the model does not tell the force."""
-        reasons = [
-            f"{fault}: never allowed by extrapolation" for fault in extrapolated(self.tried, s.v_e, s.f_p)
-        ]
+        beyond = self.tried.beyond(s.v_e, s.f_p) if self.tried else []
+        reasons = [f"{fault}: never allowed by extrapolation" for fault in beyond]
         if self.model.verdict == "insufficient_data":
             reasons.append("the diagnosis behind the model had too little data to answer")
         if not found.has_peak:
