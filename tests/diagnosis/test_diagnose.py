@@ -73,6 +73,7 @@ def test_the_corners_enclose_the_conditions(conditions, corners) -> None:  # typ
         (lambda m: m["corrected"]["theta"].pop(), "values"),
         (lambda m: m["nominal"]["theta"].__setitem__(0, float("nan")), "theta"),
         (lambda m: m.update(step_s=0), "step_s"),
+        (lambda m: m["corners"][0].__setitem__(0, 0.001), "corners"),
     ],
 )
 def test_a_damaged_model_file_is_named(diagnosed: Diagnosis, tmp_path: Path, change, word: str) -> None:  # type: ignore[no-untyped-def]

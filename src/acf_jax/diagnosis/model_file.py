@@ -157,6 +157,9 @@ def check_model(path: Path, content: dict[str, Any]) -> GapModel:
         faults += _faults(path, name, getattr(model, name))
     for k, alternative in enumerate(model.alternatives):
         faults += _faults(path, f"alternatives.{k}", alternative)
+    ends = [(min(axis), max(axis)) for axis in zip(*model.corners, strict=True)]
+    if model.corners and ends != [model.v_range, model.f_p_range]:
+        faults.append(f"{path}: corners: must span v_range and f_p_range; write it anew with `diagnose`")
     if faults:
         raise InputError(faults)
     return model
