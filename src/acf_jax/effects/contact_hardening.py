@@ -12,7 +12,7 @@ NEWTON_STEPS = 6  # from at most twice the solution
 
 
 class ContactHardening(AbstractEffect):
-    """The contact spring stiffens: a power law, and a pad that hardens, of the whole compression S.
+    """The contact spring stiffens with its whole compression S: a power law, and a pad that hardens.
 
     F_C = F_0 (k_C S / (n F_0))^n + beta k_C S |S/s_0|^q, S = S(0) + s with F_C = F_C(0) at S(0), as Eq. (2)'s s_0 of
     the linear spring, n = 1 + excess. The power law's stiffness grows as F^(1 - 1/n) and is k_C at F_0 = 100 N.
