@@ -249,5 +249,6 @@ def fit(
 
 def _inflation(linear: Linearisation, samples: int) -> float:
     """Chi-square per sample where it exceeds one: the noise that would explain what the model does not yet."""
-    value = float((linear.residual**2).sum()) / samples
+    with np.errstate(over="ignore"):  # of an unstable integration
+        value = float((linear.residual**2).sum()) / samples
     return max(1.0, value) if np.isfinite(value) else 1e12
