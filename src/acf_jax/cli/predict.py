@@ -117,6 +117,12 @@ def command(
         click.echo(f"{out / 'predictions.csv'}: {len(trials)} impacts by the {which} model")
     _warn_beyond(v_e, model.v_range, "contact velocities", "m/s")
     _warn_beyond(f_p, model.f_p_range, "pretensions", "N")
+    if diverging := [t.name for t, p in zip(trials, predictions, strict=True) if p.diverges]:
+        click.echo(
+            f"note: the model diverges at {', '.join(diverging[:5])}{' and others' * (len(diverging) > 5)}, too far"
+            " from the trials: what is written of these impacts says nothing",
+            err=True,
+        )
 
 
 def _warn_beyond(values, tried: tuple[float, float], what: str, unit: str) -> None:  # type: ignore[no-untyped-def]

@@ -1,7 +1,7 @@
 """What a gap model predicts at conditions that were not tried: traces, peaks and their uncertainty."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -11,12 +11,16 @@ from acf_jax.diagnosis.model_file import GapModel, Variant
 from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
 
 LONGEST = 0.060  # s, of a predicted trace whose contact is not lost
+DIVERGED = 1e6  # N
 Which = Literal["nominal", "recalibrated", "corrected"]
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """One impact. Traces run from time 0 until contact is lost and the sensor has seen it, or for 60 ms."""
+    """One impact. Traces run from time 0 until contact is lost and the sensor has seen it, or for 60 ms.
+
+    `diverges`: the model does, far beyond the trials; the trace ends there, and its peak says nothing.
+    """
 
     time: np.ndarray  # (n,) s
     force: np.ndarray  # (n,) N, what the sensor reads
@@ -26,6 +30,7 @@ class Prediction:
     peak_time: float  # s
     contact_peak_force: float
     contact_peak_force_std: float
+    diverges: bool = False
 
 
 def predict(
@@ -54,23 +59,38 @@ def predict(
     return [_one(model, which, runs, weights, i, rate) for i in range(len(v_e))]
 
 
-def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> tuple[Forces, Grid, np.ndarray]:
+class _Run(NamedTuple):
+    """All impacts by one explanation."""
+
+    forces: Forces
+    grid: Grid
+    covariance: np.ndarray
+    diverges: np.ndarray  # (trials,) bool
+
+
+def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
     theta = np.array(v.theta)
     omega = np.sqrt((theta[2] + theta[3]) / theta[0])
     h = max(min(model.step_s, STEP_PER_RADIAN / omega), LONGEST / (SAMPLES - 4))
     grid = Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1))
-    return forward(v.effects, theta, v_e, f_p, grid), grid, np.array(v.covariance)
+    forces = forward(v.effects, theta, v_e, f_p, grid)
+    # a free form that is continued far beyond the trials may diverge: from there on there is no force
+    with np.errstate(invalid="ignore"):
+        sound = (np.abs(forces.sensed) < DIVERGED) & (np.abs(forces.contact) < DIVERGED)
+    sound = np.logical_and.accumulate(sound, axis=1)
+    forces = Forces(np.where(sound, forces.contact, 0.0), np.where(sound[:, None], forces.rows, 0.0))
+    return _Run(forces, grid, np.array(v.covariance), ~sound[:, -1])
 
 
 def _one(
     model: GapModel,
     which: Which,
-    runs: list[tuple[Forces, Grid, np.ndarray]],
+    runs: list[_Run],
     weights: np.ndarray,
     i: int,
     rate: float,
 ) -> Prediction:
-    forces, grid, covariance = runs[0]
+    forces, grid, covariance, diverges = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
     force = np.maximum(at_times(forces.sensed[i], time, grid.h), 0.0)
@@ -79,7 +99,7 @@ def _one(
     top = int(np.argmax(force))
     peaks = [
         (peak_of(f.sensed[i], g.h, f.contact[i])[0], peak_of(f.contact[i], g.h, f.contact[i])[0])
-        for f, g, _ in runs
+        for f, g, *_ in runs
     ]
     means = weights @ np.array(peaks)
     between = weights @ (np.array(peaks) - means) ** 2
@@ -98,4 +118,5 @@ def _one(
         peak_time=float(time[top]),
         contact_peak_force=contact_peak,
         contact_peak_force_std=float(np.sqrt(own * ratio**2 + between[1] + (form * contact_peak) ** 2)),
+        diverges=bool(diverges[i]),
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.ports import ports
-from acf_jax.diagnosis.space import RIG, Explanation, component_of
+from acf_jax.diagnosis.space import RIG, Explanation, component_of, every_effect
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
@@ -34,6 +34,7 @@ class Weights:
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
     effect: float = 4.8  # cost of one effect, in log probability
     second: float = 4.8  # cost of each further one
+    noise: float = 2.5  # further cost of one that finds something of its kind in any noise
     port: float = 10.5  # cost of the free discrepancy at a port
     nameless: float = 12.4  # cost of a cause that neither the library nor the ports can imitate
     freedom: float = 9.0  # degrees of freedom of the Student prior of the rig's parameters
@@ -62,7 +63,8 @@ def cost(explanation: Explanation, weights: Weights = WEIGHTS) -> float:
         return 0.0
     if is_port(explanation):
         return weights.port
-    return weights.effect + weights.second * (len(explanation) - 1)
+    fits_noise = sum(every_effect()[name].fits_noise for name in explanation)
+    return weights.effect + weights.second * (len(explanation) - 1) + weights.noise * fits_noise
 
 
 class Evidence(NamedTuple):

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from itertools import combinations
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +15,24 @@ from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation
 
 LEADERS = 3  # explanations from which the forward search goes on
-UNEXPLAINED = 1.5  # chi-square of a sample above which an explanation leaves much
-PAIRS, TRIPLES = 8, 2  # that are fitted
+UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
+FAR = 1.5  # the same above which pairs leave much
+PAIRS, TRIED, TRIPLES = 8, 6, 2  # that are fitted, TRIED where little is explained
+BEGINNINGS = 6  # single effects from which pairs are tried where little is explained
 GLANCE = 6  # iterations after which pairs are compared where little is explained
 WORTH_ONE_MORE = 9.0  # chi-square that one more effect has to promise before it is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
 
 Progress = Callable[[str], None]
+
+
+class Couple(NamedTuple):
+    """A fit, what it is to get besides, with which parameters, and the objective that this promises."""
+
+    objective: float
+    leader: Fit
+    name: str
+    parameters: np.ndarray
 
 
 def fit_all(observations: Observations, effects: Sequence[str], progress: Progress) -> tuple[Fit, list[Fit]]:
@@ -33,16 +45,16 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
 
-    def unexplained(fits: Sequence[Fit]) -> bool:
-        return 2 * min(f.objective for f in fits) > UNEXPLAINED * observations.n_used
+    def left(fits: Sequence[Fit]) -> float:
+        return 2 * min(f.objective for f in fits) / observations.n_used
 
     alone = _best_first(f for f in fits if not is_port(f.explanation))
-    if unexplained(alone):
-        pairs = _try_all(observations, alone, PAIRS)
+    if left(alone) > UNEXPLAINED:
+        pairs = _try_all(observations, alone, TRIED)
     else:
         pairs = _grow(observations, alone[:LEADERS], effects, PAIRS)
     fits += pairs
-    if pairs and unexplained(pairs):
+    if pairs and left(pairs) > FAR:
         fits += _grow(observations, _best_first(pairs)[:LEADERS], effects, TRIPLES)
     # a simulation that broke down at every start explains nothing
     return recalibrated, [f for f in fits if np.isfinite(f.objective)]
@@ -69,19 +81,27 @@ def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[
 
 
 def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> list[Fit]:
-    """The best effect with each other one, and all pairs of the best few: those `most` that fit best after a glance.
+    """Those `most` pairs that fit best after a glance: the best effect with each other one, and promising others.
 
-    Far from the data a promise to first order says little.
+    Far from the data a promise to first order says little, and from which of two effects a fit begins may decide it.
     """
-    couples = [(alone[0], other) for other in alone[1:]] + list(combinations(alone[1 : LEADERS + 1], 2))
+    names = [f.explanation[0] for f in alone]
+
+    def promises(leader: Fit) -> list[Couple]:
+        ground = Ground.of(observations, leader)
+        others = [(name, ground.promise(name)) for name in names if name not in leader.explanation]
+        return [Couple(leader.objective - 0.5 * p.gain, leader, name, p.parameters) for name, p in others]
+
+    of_first, *of_next = candidates.in_parallel([partial(promises, leader) for leader in alone[:BEGINNINGS]])
+    chosen = of_first + sorted(chain(*of_next), key=lambda couple: couple.objective)[:most]
     glances = candidates.in_parallel(
-        [
-            partial(candidates.fit_more, observations, leader, other.explanation[0], iterations=GLANCE)
-            for leader, other in couples
-        ]
+        [partial(candidates.fit_more, observations, *couple[1:], GLANCE) for couple in chosen]
     )
+    best: dict[Explanation, Fit] = {}
+    for glance in _best_first(glances):
+        best.setdefault(glance.explanation, glance)
     return candidates.in_parallel(
-        [partial(candidates.go_on, observations, glance) for glance in _best_first(glances)[:most]]
+        [partial(candidates.go_on, observations, glance) for glance in list(best.values())[:most]]
     )
 
 

@@ -159,11 +159,13 @@ def _bootstrap(
     values = values[np.isfinite(values)]
     if values.size < RESAMPLES / 2 or not weights.all():
         return None
-    # the floor is known only as well as the samples let it be: what hides below it belongs to the interval
+    # the floor is known only as well as the samples let it be: what hides below it, or is part of it, belongs to
+    # the interval
     total = by_group.sum(0)
-    hidden = np.sqrt(total[2] * np.sqrt(2 / max(weights.sum(), 1.0)) / max(total[1] - total[2], 1e-300))
+    unsure = np.array([0.0, 0.0, total[2] * np.sqrt(2 / max(weights.sum(), 1.0))])
+    hidden = np.sqrt(unsure[2] / max(total[1] - total[2], 1e-300))
     low, high = np.quantile(values, [0.025, 0.975])
     low = min(low, float(value) - LEAST_WIDTH, 1 - float(hidden))
-    high = max(high, float(value) + LEAST_WIDTH)
+    high = max(high, float(value) + LEAST_WIDTH, float(np.nan_to_num(shrink(total + 2 * unsure), nan=1.0)))
     low, high = (value + stretch * (end - value) for end in (low, high))
     return Shrinkage(float(value), (float(low), float(min(high, 1.0))))
