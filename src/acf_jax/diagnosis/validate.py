@@ -18,7 +18,7 @@ DRAWS = 64  # of noise, for the expected largest reading
 # Unseen conditions lie further out than those left out one by one: intervals are as much wider, more so where a free
 # form is continued instead of a law.
 EXTRAPOLATION, FREE_EXTRAPOLATION = 1.3, 4.0
-LEAST_WIDTH = 0.01  # of an interval of the shrinkage, to each side
+LEAST_WIDTH = 0.02  # of an interval of the shrinkage, to each side
 
 
 @dataclass(frozen=True)
