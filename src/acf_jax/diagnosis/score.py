@@ -34,7 +34,7 @@ class Weights:
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
     effect: float = 4.8  # cost of one effect, in log probability
     second: float = 4.8  # cost of each further one
-    noise: float = 2.5  # further cost of one that finds something of its kind in any noise
+    noise: float = 1.5  # further cost of one that finds something of its kind in any noise
     port: float = 10.5  # cost of the free discrepancy at a port
     nameless: float = 12.4  # cost of a cause that neither the library nor the ports can imitate
     freedom: float = 9.0  # degrees of freedom of the Student prior of the rig's parameters
