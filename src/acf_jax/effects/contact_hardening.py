@@ -1,3 +1,5 @@
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 
@@ -50,8 +52,10 @@ class ContactHardening(AbstractEffect):
         of_pad = S_0 * (f_0 / (jnp.maximum(self.gain, 1e-12) * rig.k_c * S_0)) ** (
             1 / (1 + self.pad_exponent)
         )
-        compression = jnp.minimum(of_power, of_pad)
-        for _ in range(NEWTON_STEPS):
-            force, slope = jax.jvp(lambda s: self._law(rig, s), (compression,), (jnp.ones_like(compression),))
-            compression = compression - (force - f_0) / slope
-        return compression
+
+        def step(_: int, compression: Scalar) -> Scalar:
+            law, along = partial(self._law, rig), jnp.ones_like(compression)
+            force, slope = jax.jvp(law, (compression,), (along,))
+            return compression - (force - f_0) / slope
+
+        return jax.lax.fori_loop(0, NEWTON_STEPS, step, jnp.minimum(of_power, of_pad))
