@@ -26,7 +26,7 @@ def blind(*arguments, check=True):
 def run(tmp_path_factory):
     need_module("distributed", "pip install '.[fleet]'")
     out = tmp_path_factory.mktemp("blind") / "run"
-    arguments = ["--out", str(out), "--seed", "5", "--cases", CASES, "--world", "scipy", "--workers", "1"]
+    arguments = ["--out", str(out), "--seed", "10", "--cases", CASES, "--world", "scipy", "--workers", "1"]
     return out, arguments, blind(*arguments).stdout
 
 
