@@ -1,4 +1,4 @@
-"""How often a drawn force exceeds what a check says is not exceeded, over random rigs.
+"""How often a drawn force exceeds what a check says is not exceeded, over rigs of the wide box.
 
 python -m benchmarks.check_coverage
 """
@@ -10,28 +10,22 @@ import jax
 import numpy as np
 
 from acf_jax.contact.model import draw_forces
+from acf_jax.contact.peak import RIG
 from acf_jax.contact.read import of_rig
 from acf_jax.safety.check import Checker
 from acf_jax.safety.limits import body_of, read_limits
 from acf_jax.safety.situation import Situation
+from benchmarks.box import Box, draw_box
 from benchmarks.machine import describe
 
 DEVIATIONS = ((0.0, 0.05), (0.05, 0.2), (0.05, 0.3))  # relative, of each parameter, drawn between
 CONFIDENCE, DRAWS = 0.975, 50_000
 
 
-def draw_rig(random: np.random.Generator) -> tuple[dict[str, float], float, float]:
-    """A rig, a velocity and a pretension of the wide box, damped below critical."""
-    m, k_c, v = np.exp(random.uniform(np.log([0.5, 1e4, 0.01]), np.log([10.0, 1e6, 1.0]))).tolist()
-    k_f, zeta, f_p = random.uniform(0.0, [1e4, 1.0, 500.0]).tolist()
-    return {"m": m, "d": 2 * zeta * (m * (k_f + k_c)) ** 0.5, "k_f": k_f, "k_c": k_c}, v, f_p
-
-
-def exceeded(random: np.random.Generator, low: float, high: float) -> float:
-    """The share for one rig; NaN where the check does not tell a force."""
-    rig, v, f_p = draw_rig(random)
-    std = {name: float(random.uniform(low, high)) for name in (*rig, "v_e", "f_p")}
-    checker = Checker(of_rig(rig, std), confidence=CONFIDENCE)
+def exceeded(z: Sequence[float], std: dict[str, float]) -> float:
+    """The share for one rig and impact; NaN where the check does not tell a force."""
+    *rig, v, f_p = z
+    checker = Checker(of_rig(dict(zip(RIG, rig, strict=True)), std), confidence=CONFIDENCE)
     situation = Situation("", read_limits().find("Sternum"), "quasi_static", v, f_p)
     upper = checker(situation).upper
     if upper is None or not np.isfinite(upper):
@@ -52,8 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print("| deviations of the parameters | rigs answered | above on average | above at worst |")
     print("|---|--:|--:|--:|")
     for low, high in DEVIATIONS:
-        random = np.random.default_rng(0)
-        shares = np.array([exceeded(random, low, high) for _ in range(options.rigs)])
+        std = np.random.default_rng(0).uniform(low, high, (options.rigs, len(Box._fields))).tolist()
+        every = zip(np.column_stack(draw_box(options.rigs)).tolist(), std, strict=True)
+        shares = np.array([exceeded(z, dict(zip(Box._fields, s, strict=True))) for z, s in every])
         told = shares[np.isfinite(shares)]
         print(f"| {low:.0%} to {high:.0%} | {told.size} | {told.mean():.2%} | {told.max():.2%} |", flush=True)
 

@@ -25,13 +25,10 @@ def make_domain(config: CorrectedConfig, model: ContactModel, law: Simulated) ->
     theta, std = model.main.theta, np.sqrt(np.diag(model.main.covariance))
     half = config.labels.deviations * std
     assert model.tried is not None  # every diagnosis names its trials
-    low = [
-        *np.maximum(theta - half, model.main.low),
-        *(r[0] for r in (model.tried.v_e, model.tried.f_p)),
-        0.0,
-    ]
+    (v_low, v_high), (f_low, f_high) = model.tried.v_e, model.tried.f_p
+    low = [*np.maximum(theta - half, model.main.low), v_low, f_low, 0.0]
     highest = [np.inf] * len(RIG) + [p.high for _, p in parameters(law.effects)[len(RIG) :]]
-    high = [*np.minimum(theta + half, highest), *(r[1] for r in (model.tried.v_e, model.tried.f_p)), 0.0]
+    high = [*np.minimum(theta + half, highest), v_high, f_high, 0.0]
     logarithmic = [False] * len(names)
     known = dict(zip(names, units, strict=True))
     faults = [

@@ -1,4 +1,4 @@
-"""The C headers against JAX, over their range and in their limits; needs a compiler and never runs in CI."""
+"""The C headers against JAX, over their range and in their limits; needs a compiler."""
 
 import subprocess
 from collections.abc import Callable

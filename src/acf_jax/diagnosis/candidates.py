@@ -15,8 +15,9 @@ from acf_jax.effects import library
 
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
-Task = TypeVar("Task")
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
+
+Result = TypeVar("Result")
 
 
 def fit_nominal(observations: Observations) -> Fit:
@@ -80,8 +81,8 @@ def best(fits: Iterable[Fit]) -> Fit:
     return min(fits, key=lambda f: f.objective)
 
 
-def in_parallel(tasks: Sequence[Callable[[], Task]]) -> list[Task]:
-    """Run fits on all workers, results in the order of the tasks."""
+def in_parallel(tasks: Sequence[Callable[[], Result]]) -> list[Result]:
+    """Run tasks on all workers, results in the order of the tasks."""
     with ThreadPoolExecutor(WORKERS) as pool:
         return list(pool.map(lambda task: task(), tasks))
 

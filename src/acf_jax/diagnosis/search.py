@@ -27,12 +27,13 @@ Progress = Callable[[str], None]
 
 
 class Couple(NamedTuple):
-    """A fit, what it is to get besides, with which parameters, and the objective that this promises."""
+    """A fit, what it is to get besides and with which parameters, and what that promises."""
 
-    objective: float
     leader: Fit
     name: str
     parameters: np.ndarray
+    gain: float  # in chi-square
+    objective: float  # after it
 
 
 def fit_all(observations: Observations, effects: Sequence[str], progress: Progress) -> tuple[Fit, list[Fit]]:
@@ -62,21 +63,13 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
 
 def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[str], most: int) -> list[Fit]:
     """The leaders with one more effect: of all such explanations those `most` that promise to fit best."""
-    promised = []
-    for leader in leaders:
-        ground = Ground.of(observations, leader)
-        for name in effects:
-            if name in leader.explanation:
-                continue
-            promise = ground.promise(name)
-            if promise.gain > WORTH_ONE_MORE:
-                promised.append((leader.objective - 0.5 * promise.gain, leader, name, promise.parameters))
-    wanted: dict[Explanation, tuple[Fit, str, np.ndarray]] = {}
-    for _, leader, name, start in sorted(promised, key=lambda item: item[0]):
-        if len(wanted) < most:
-            wanted.setdefault(tuple(sorted((*leader.explanation, name))), (leader, name, start))
+    couples = [c for leader in leaders for c in _couples(observations, leader, effects)]
+    wanted: dict[Explanation, Couple] = {}
+    for couple in sorted(couples, key=lambda c: c.objective):
+        if couple.gain > WORTH_ONE_MORE and len(wanted) < most:
+            wanted.setdefault(tuple(sorted((*couple.leader.explanation, couple.name))), couple)
     return candidates.in_parallel(
-        [partial(candidates.fit_more, observations, *more) for more in wanted.values()]
+        [partial(candidates.fit_more, observations, c.leader, c.name, c.parameters) for c in wanted.values()]
     )
 
 
@@ -86,16 +79,12 @@ def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> lis
     Far from the data a promise to first order says little, and from which of two effects a fit begins may decide it.
     """
     names = [f.explanation[0] for f in alone]
-
-    def promises(leader: Fit) -> list[Couple]:
-        ground = Ground.of(observations, leader)
-        others = [(name, ground.promise(name)) for name in names if name not in leader.explanation]
-        return [Couple(leader.objective - 0.5 * p.gain, leader, name, p.parameters) for name, p in others]
-
-    of_first, *of_next = candidates.in_parallel([partial(promises, leader) for leader in alone[:BEGINNINGS]])
-    chosen = of_first + sorted(chain(*of_next), key=lambda couple: couple.objective)[:most]
+    of_first, *of_next = candidates.in_parallel(
+        [partial(_couples, observations, leader, names) for leader in alone[:BEGINNINGS]]
+    )
+    chosen = of_first + sorted(chain(*of_next), key=lambda c: c.objective)[:most]
     glances = candidates.in_parallel(
-        [partial(candidates.fit_more, observations, *couple[1:], GLANCE) for couple in chosen]
+        [partial(candidates.fit_more, observations, c.leader, c.name, c.parameters, GLANCE) for c in chosen]
     )
     best: dict[Explanation, Fit] = {}
     for glance in _best_first(glances):
@@ -103,6 +92,16 @@ def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> lis
     return candidates.in_parallel(
         [partial(candidates.go_on, observations, glance) for glance in list(best.values())[:most]]
     )
+
+
+def _couples(observations: Observations, leader: Fit, effects: Sequence[str]) -> list[Couple]:
+    """A fit with each effect that it does not have, and what that promises."""
+    ground = Ground.of(observations, leader)
+    promises = {name: ground.promise(name) for name in effects if name not in leader.explanation}
+    return [
+        Couple(leader, name, p.parameters, p.gain, leader.objective - 0.5 * p.gain)
+        for name, p in promises.items()
+    ]
 
 
 def _best_first(fits: Iterable[Fit]) -> list[Fit]:

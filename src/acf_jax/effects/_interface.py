@@ -66,9 +66,7 @@ class AbstractEffect(eqx.Module):
 
     component: ClassVar[Component]
     title: ClassVar[str]
-    fits_noise: ClassVar[bool] = (
-        False  # whether it finds something of its kind in any noise, and so has to explain more
-    )
+    fits_noise: ClassVar[bool] = False  # finds something of its kind in any noise: it has to explain more
     n_own: ClassVar[int] = 0
     n_memory: ClassVar[int] = 2  # entries of the memory of `sense`
 
