@@ -11,11 +11,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import jax
 import numpy as np
+import onnx
 import onnxruntime
+from onnx import helper, numpy_helper
 
 from acf_jax.contact.read import of_rig
 from acf_jax.export import peak_header
@@ -111,13 +114,31 @@ def of_example() -> Asked:
     return formula, [None if q.name == "v_e" else x for q, x in zip(formula.inputs, middle, strict=True)]
 
 
-def in_onnx_runtime(asked: Asked, speeds: Sequence[float]) -> list[float]:
-    """A surrogate, one sample a call, on one thread."""
-    formula, at = asked
+def bare_network(inputs: int, width: int = 32, outputs: int = 3) -> onnx.ModelProto:
+    """Two hidden layers and nothing around them: the least that a surrogate can cost ONNX Runtime."""
+    sizes = (inputs, width, width, outputs)
+    weights = [np.full((a, b), 0.1) for a, b in pairwise(sizes)]
+    stored = [numpy_helper.from_array(w, f"w{i}") for i, w in enumerate(weights)]
+    nodes = []
+    for i in range(len(weights)):
+        nodes.append(helper.make_node("MatMul", [f"x{i}" if i else "x", f"w{i}"], [f"y{i}"]))
+        nodes.append(helper.make_node("Tanh", [f"y{i}"], [f"x{i + 1}"]))
+    del nodes[-1]
+    ends = [
+        helper.make_tensor_value_info(name, onnx.TensorProto.DOUBLE, [1, n])
+        for name, n in (("x", inputs), (f"y{len(weights) - 1}", outputs))
+    ]
+    graph = helper.make_graph(nodes, "bare", ends[:1], ends[1:], stored)
+    return helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
+
+
+def in_onnx_runtime(model: onnx.ModelProto, at: list[float | None], speeds: Sequence[float]) -> list[float]:
+    """A model, one sample a call, on one thread."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
-    model = onnx_model(formula).SerializeToString()
-    session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+    session = onnxruntime.InferenceSession(
+        model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+    )
     x = np.array([[0.0 if value is None else value for value in at]])
     column = at.index(None)
 
@@ -164,8 +185,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     speeds = np.random.default_rng(0).uniform(0.05, 0.5, options.calls).tolist()
 
     rows = {f"Python: {name}": spent for name, spent in in_python(speeds).items()}
-    rows["ONNX Runtime from Python: surrogate"] = in_onnx_runtime(of_shipped(), speeds)
-    rows["ONNX Runtime from Python: surrogate of a corrected model"] = in_onnx_runtime(of_example(), speeds)
+    for name, (formula, at) in (
+        ("surrogate", of_shipped()),
+        ("surrogate of a corrected model", of_example()),
+    ):
+        rows[f"ONNX Runtime from Python: {name}"] = in_onnx_runtime(onnx_model(formula), at, speeds)
+    _, at = of_example()
+    rows["ONNX Runtime from Python: a bare network"] = in_onnx_runtime(bare_network(len(at)), at, speeds)
     compiler = shutil.which("cc")
     if compiler is None:
         print("no C compiler: the rows of C are left out", file=sys.stderr)

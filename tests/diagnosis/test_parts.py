@@ -1,15 +1,20 @@
 """The parts of a diagnosis against what they should be, each without a data set."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from corrected import gap_model
 from scipy.stats import norm
 
 from acf_jax.dataset import Noise, Prior, RigPrior
 from acf_jax.diagnosis.experiment import error_probability
 from acf_jax.diagnosis.observe import whiten
+from acf_jax.diagnosis.ports.sensor import UnknownSensor
+from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.sample import at_times, peak_of, taps
-from acf_jax.diagnosis.score import HIGHEST, Evidence, Scored, credible_set, probabilities
+from acf_jax.diagnosis.score import HIGHEST, WEIGHTS, Evidence, Scored, credible_set, probabilities
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
+from acf_jax.diagnosis.validate import LEAST_WIDTH, _bootstrap
 
 RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
 
@@ -83,6 +88,52 @@ def test_probabilities_follow_the_evidence_and_are_never_certain() -> None:
     assert outside.argmax() == 3
 
 
+def test_an_effect_that_fits_any_noise_must_fit_better() -> None:
+    plain, eager = ("sensor_lag",), ("sensor_resonance",)
+    rest = (0.0,) * 4
+    even = [Evidence(e, x, rest) for e, x in (((), 5000.0), (plain, 1000.0), (eager, 1000.0))]
+    p = probabilities(even, 1000)
+    assert p[2] / p[1] == pytest.approx(np.exp(-WEIGHTS.noise))
+
+
 def test_the_credible_set_is_the_smallest_that_holds_95_percent() -> None:
     scored = [Scored(("a",), 0.6), Scored(("b",), 0.36), Scored((), 0.04)]
     assert credible_set(scored) == [("a",), ("b",)]
+
+
+def port(name: str, **values: float) -> list[float]:
+    """Parameters of a free discrepancy, zero where they are not given."""
+    return [values.get(p.name, 0.0) for p in every_effect()[name].parameters()]
+
+
+def test_a_reading_may_have_a_kink() -> None:
+    clipped = UnknownSensor(*map(jnp.asarray, port("unknown_sensor", beyond=-1.0, level_n=150.0)))
+    for force, reading in ((100.0, 100.0), (150.0, 150.0), (400.0, 150.0)):
+        f = jnp.asarray(force)
+        assert clipped.sense((f, f), jnp.asarray(1e-4), jnp.zeros(3))[1] == pytest.approx(reading)
+
+
+def test_a_prediction_that_diverges_ends_and_says_so() -> None:
+    # a push that grows with the cube of the stroke, beyond what the contact holds
+    held, gone = (
+        predict(gap_model(("unknown_actuator",), tuple(own)), np.array([0.1]), np.array([60.0]))[0]
+        for own in (port("unknown_actuator"), port("unknown_actuator", stroke_3_n=300.0))
+    )
+    assert gone.diverges and not held.diverges
+    assert gone.time[-1] < held.time[-1]
+    assert np.isfinite([*gone.force, *gone.contact_force, gone.peak_force_std]).all()
+
+
+def test_an_interval_of_the_shrinkage_holds_what_the_floor_leaves_open() -> None:
+    rng = np.random.default_rng(0)
+    condition = np.repeat(np.arange(6), 4)
+    floor = np.full(24, 50.0)
+    left, gap = floor + rng.uniform(0, 4, 24), floor + rng.uniform(2000, 2100, 24)
+    few, many = (
+        _bootstrap(condition, np.column_stack([left, gap, floor]), np.full(24, n), 1.0, 0)
+        for n in (50.0, 5e5)
+    )
+    assert few and many and few.value == many.value
+    assert few.ci95[1] == 1.0  # with few samples all that is left may be noise
+    assert few.ci95[0] <= many.ci95[0] <= many.value - LEAST_WIDTH
+    assert many.value + LEAST_WIDTH <= many.ci95[1] < 1.0
