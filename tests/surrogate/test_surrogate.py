@@ -83,21 +83,21 @@ def test_one_sample_and_a_batch_agree(shipped: Surrogate) -> None:
 
 
 def test_refuses_what_it_was_not_trained_for(shipped: Surrogate) -> None:
-    rig, impact = Rig(m=20, d=0, k_f=0, k_c=1e5), Impact(v_e=2, f_p=100)
+    def one(m: float, d: float, k_f: float, k_c: float, v_e: float, f_p: float) -> tuple[Rig, Impact]:
+        return Rig(m=m, d=d, k_f=k_f, k_c=k_c), Impact(v_e=v_e, f_p=f_p)
+
     with pytest.raises(InputError) as error:
-        shipped(rig, impact)
+        shipped(*one(20.0, 0.0, 0.0, 1e5, 2.0, 100.0))
     assert [fault.split(" must be")[0] for fault in error.value.faults] == ["m", "v_e"]
     assert "0.01 to 1 m/s, but is 2 in sample 0" in error.value.faults[1]
-    assert not bool(shipped(rig, impact, outside="flag").is_inside)
+    assert not bool(shipped(*one(20.0, 0.0, 0.0, 1e5, 2.0, 100.0), outside="flag").is_inside)
 
-    zeta_2 = Rig(m=1, d=2 * 2 * np.sqrt(1e5), k_f=0, k_c=1e5)
     with pytest.raises(InputError, match=r"zeta must be 0 to 1\.5, but is 2"):
-        shipped(zeta_2, Impact(v_e=0.2, f_p=100))
+        shipped(*one(1.0, 2 * 2 * np.sqrt(1e5).item(), 0.0, 1e5, 0.2, 100.0))
 
     # damped so much that the contact velocity is never compensated
-    no_peak = Rig(m=1, d=2 * 1.2 * np.sqrt(1.1e5), k_f=1e4, k_c=1e5)
     with pytest.raises(InputError, match="has no peak"):
-        shipped(no_peak, Impact(v_e=0.2, f_p=1))
+        shipped(*one(1.0, 2 * 1.2 * np.sqrt(1.1e5).item(), 1e4, 1e5, 0.2, 1.0))
     with pytest.raises(InputError, match=r"v_e must be .* in sample 1 \(and 1 more\)"):
         shipped(
             Rig(m=jnp.ones(3), d=jnp.zeros(3), k_f=jnp.zeros(3), k_c=jnp.full(3, 1e5)),

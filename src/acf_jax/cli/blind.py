@@ -29,7 +29,7 @@ GOES_ON = "the same command goes on where it was"
 @click.option(
     "--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Of all that is drawn."
 )
-@click.option("--cases", default=40, show_default=True, type=click.IntRange(min=4), help="Data sets to draw.")
+@click.option("--cases", default=40, show_default=True, type=click.IntRange(min=3), help="Data sets to draw.")
 @click.option(
     "--world",
     "worlds",
