@@ -29,6 +29,7 @@ from acf_jax.model import Impact, Rig, find_peak
 from acf_jax.safety.check import Checker
 from acf_jax.safety.limits import read_limits
 from acf_jax.safety.situation import Situation
+from acf_jax.start import start_jax
 from acf_jax.surrogate import load_surrogate
 from acf_jax.surrogate.corrected_file import load_corrected
 from benchmarks.machine import describe
@@ -38,6 +39,8 @@ RIG = {"m": 1.9, "d": 60.0, "k_f": 800.0, "k_c": 6e4}
 STD = {"m": 0.02, "d": 0.2, "k_f": 0.3, "k_c": 0.05, "v_e": 0.005, "f_p": 0.01}
 F_P = 60.0
 EXAMPLE = Path(__file__).resolve().parents[1] / "examples/rig_surrogate.eqx"
+
+PORTABLE, OWN = ("-O2",), ("-O3", "-march=native", "-fno-math-errno")  # what C is compiled with
 
 Asked = tuple[Formula, list[float | None]]  # what to compute, and where; None stands for the velocity
 
@@ -83,7 +86,9 @@ def microseconds(call: Callable[[float], object], speeds: Sequence[float]) -> li
     return spent
 
 
-def in_c(compiler: str, speeds: Sequence[float], folder: Path) -> dict[str, list[float]]:
+def in_c(
+    compiler: str, options: Sequence[str], speeds: Sequence[float], folder: Path
+) -> dict[str, list[float]]:
     """Exact peak and both surrogates, each call timed in C, the clock's own time included."""
     (folder / "acf_peak.h").write_text(peak_header())
     calls = {"ARGUMENTS": of_shipped(), "CORRECTED": of_example()}
@@ -92,8 +97,8 @@ def in_c(compiler: str, speeds: Sequence[float], folder: Path) -> dict[str, list
         (folder / f"{name}.h").write_text(c_header(formula, name, name))
         program = program.replace(argument, ", ".join("v" if x is None else repr(x) for x in at))
     (folder / "main.c").write_text(program)
-    options = ["-std=c99", "-D_POSIX_C_SOURCE=199309L", "-O2", "-o", "main"]
-    subprocess.run([compiler, *options, "main.c", "-lm"], cwd=folder, check=True)
+    command = [compiler, "-std=c99", "-D_POSIX_C_SOURCE=199309L", *options, "-o", "main", "main.c", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
     done = subprocess.run(
         [folder / "main"], input=np.array(speeds).tobytes(), capture_output=True, check=True
     )
@@ -181,7 +186,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--calls", type=int, default=CALLS, help=f"calls of each kind (default: {CALLS:,})")
     options = parser.parse_args(arguments)
-    jax.config.update("jax_enable_x64", True)
+    start_jax()
     speeds = np.random.default_rng(0).uniform(0.05, 0.5, options.calls).tolist()
 
     rows = {f"Python: {name}": spent for name, spent in in_python(speeds).items()}
@@ -196,8 +201,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if compiler is None:
         print("no C compiler: the rows of C are left out", file=sys.stderr)
     else:
-        with tempfile.TemporaryDirectory() as folder:
-            rows |= {f"C: {name}": spent for name, spent in in_c(compiler, speeds, Path(folder)).items()}
+        for flags in (PORTABLE, OWN):
+            with tempfile.TemporaryDirectory() as folder:
+                for name, spent in in_c(compiler, flags, speeds, Path(folder)).items():
+                    rows[f"C, `{' '.join(flags)}`: {name}"] = spent
 
     print(f"One sample a call, {len(speeds):,} calls of each kind; {describe()}\n")
     print("| | p50, µs | p99, µs |\n|---|--:|--:|")

@@ -144,6 +144,12 @@ class _Run(_Part):
     samples: Samples
     network: Shape
     optimiser: Optimiser
+    devices: int | None = Field(default=None, ge=1, description="of each process; left out: all it has")
+    processes: Processes | None = None
+
+
+# Keys that change no result: where a run is kept, and by how many it is computed.
+_APART = {"output", "devices", "processes"}
 
 
 class Config(_Run):
@@ -153,12 +159,10 @@ class Config(_Run):
     compare: tuple[FeatureName, ...] = Field(default=(), description="trained too, on the same budget")
     ranges: Ranges
     table1: Table1 | None = None
-    devices: int | None = Field(default=None, ge=1, description="of each process; left out: all it has")
-    processes: Processes | None = None
 
     def identity(self) -> dict[str, Any]:
-        """What a run's state depends on: everything but where it is kept, and by how many it is computed."""
-        return self.model_dump(mode="json", exclude={"output", "table1", "compare", "devices", "processes"})
+        """What a run's state depends on."""
+        return self.model_dump(mode="json", exclude={"table1", "compare", *_APART})
 
     @property
     def all_features(self) -> tuple[FeatureName, ...]:
@@ -194,8 +198,9 @@ class CorrectedConfig(_Run):
     )
 
     def identity(self) -> dict[str, Any]:
-        """What a run's state depends on besides the model: all but where it is kept and who labels."""
-        return self.model_dump(mode="json", exclude={"output": True, "labels": {"model", *LABELLERS}})
+        """What a run's state depends on besides the model."""
+        apart: dict[str, Any] = dict.fromkeys(_APART, True)
+        return self.model_dump(mode="json", exclude=apart | {"labels": {"model", *LABELLERS}})
 
 
 AnyConfig = Config | CorrectedConfig

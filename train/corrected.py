@@ -31,7 +31,7 @@ from acf_jax.surrogate.load import with_dtype
 from acf_jax.surrogate.surrogate import Affine
 from train.config import LABELLERS, CorrectedConfig
 from train.corrected_report import write_corrected_report
-from train.devices import AXIS, Shards
+from train.devices import Shards, find_devices, first_alone, is_first
 from train.domain import make_domain
 from train.judge import ask, joined, judge, misled, missed, search_worst, std_error, summary
 from train.labels import Labels, joined_labels, make_labels, make_simulator
@@ -55,15 +55,17 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     domain = make_domain(config, model, law)
 
     start = clock()
-    data = _labels(config, domain, law, gap, resume)
+    mesh = find_devices(config)
+    data = first_alone(lambda: _labels(config, domain, law, gap, resume or not is_first()))
     timings["labels_s"] = clock() - start
-    print(
-        f"{sum(len(d.q) for d in data.values()):,} impacts of the corrected model simulated, "
-        f"{len(domain.free)} inputs: {', '.join(domain.names[i] for i in domain.free)}"
-    )
+    if is_first():
+        print(
+            f"{sum(len(d.q) for d in data.values()):,} impacts of the corrected model simulated, "
+            f"{len(domain.free)} inputs: {', '.join(domain.names[i] for i in domain.free)}"
+        )
 
     start = clock()
-    surrogate, losses = _train(config, domain, data["train"], gap, resume)
+    surrogate, losses = _train(config, domain, data["train"], mesh, gap, resume)
     timings["train_s"] = clock() - start
 
     start = clock()
@@ -97,6 +99,8 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     metrics = judge(with_dtype(surrogate, float), test, joined(known[2:]).held(least), std)
     metrics |= {"losses": losses, "versions": versions()}
     timings["evaluate_s"] = clock() - start
+    if not is_first():
+        return metrics
 
     more = {
         "config": config.model_dump(mode="json", exclude={"labels": LABELLERS}),
@@ -140,7 +144,7 @@ def _labels(
 
 
 def _train(
-    config: CorrectedConfig, domain: Domain, data: Labels, gap: GapModel, resume: bool
+    config: CorrectedConfig, domain: Domain, data: Labels, mesh: Mesh, gap: GapModel, resume: bool
 ) -> tuple[CorrectedSurrogate, list[float]]:
     """A surrogate fitted to the labels, its bounds still unknown, and the mean loss of each chunk of steps."""
     dtype = np.dtype(config.precision)
@@ -149,12 +153,8 @@ def _train(
     y = jax.jit(jax.vmap(targets))(*columns)
     to_x = Affine((x.max(0) + x.min(0)) / 2, jnp.maximum((x.max(0) - x.min(0)) / 2, 1e-12))
     to_y = Affine(jnp.nanmean(y, 0), jnp.maximum(jnp.nanstd(y, 0), 1e-12))
-    shards = Shards(
-        Mesh(np.array(jax.local_devices()[:1]), (AXIS,)),
-        jax.vmap(to_x)(x).astype(dtype)[None],
-        jax.vmap(to_y)(y).astype(dtype)[None],
-        np.array([len(x)]),
-    )
+    scaled = jax.vmap(to_x)(x), jax.vmap(to_y)(y)
+    shards = Shards.of(mesh, *(np.asarray(column).astype(dtype) for column in scaled))
     path = config.output / "checkpoints" / "corrected.eqx"
     identity = config.identity() | {"model": _fingerprint(gap)}
     network, losses = fit_network(

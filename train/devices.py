@@ -4,10 +4,11 @@ Every process runs the same program. The samples are split evenly over the devic
 and what a step needs from elsewhere is exchanged by the collectives that JAX's compiler puts in.
 """
 
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -19,13 +20,14 @@ from acf_jax.errors import InputError
 from acf_jax.model import Impact, Rig
 from acf_jax.surrogate.features import AbstractFeatures
 from acf_jax.surrogate.surrogate import Affine
-from train.config import Config
+from train.config import AnyConfig, Config
 from train.data import Labelled, draw, label_samples
 
 AXIS = "samples"
+Result = TypeVar("Result")
 
 
-def join_processes(config: Config) -> None:
+def join_processes(config: AnyConfig) -> None:
     """Meet the other processes of the run, where the configuration names some; before JAX computes anything."""
     if (processes := config.processes) is None:
         return
@@ -43,7 +45,7 @@ def is_first() -> bool:
     return jax.process_index() == 0
 
 
-def find_devices(config: Config) -> Mesh:
+def find_devices(config: AnyConfig) -> Mesh:
     """The devices of the run, those of process 0 first; `InputError` where the configuration asks too much."""
     faults, found = [], []
     for process in range(jax.process_count()):
@@ -65,6 +67,14 @@ def find_devices(config: Config) -> Mesh:
     return Mesh(np.array(found), (AXIS,))
 
 
+def first_alone(work: Callable[[], Result]) -> Result:
+    """`work` on the first process, then on all others, which find what it left."""
+    if is_first():
+        done = work()
+    multihost_utils.sync_global_devices("the first process is ready")
+    return done if is_first() else work()
+
+
 def agree(path: Path, step: int) -> None:
     """`InputError` where the processes do not go on from the same step."""
     steps = multihost_utils.process_allgather(np.array([step]), tiled=True)
@@ -79,8 +89,21 @@ class Shards(NamedTuple):
 
     mesh: Mesh
     x: jax.Array  # (devices, samples, inputs)
-    y: jax.Array  # (devices, samples)
+    y: jax.Array  # (devices, samples), or (devices, samples, outputs)
     counts: np.ndarray  # (devices,)
+
+    @classmethod
+    def of(cls, mesh: Mesh, x: np.ndarray, y: np.ndarray) -> Self:
+        """Samples (n, inputs) and targets (n, outputs) that every process holds, shared out evenly."""
+        ends = np.arange(mesh.size + 1) * len(x) // mesh.size
+        rows = np.minimum(ends[:-1, None] + np.arange(np.diff(ends).max()), len(x) - 1)
+        split = NamedSharding(mesh, PartitionSpec(AXIS))
+
+        def share(column: np.ndarray) -> jax.Array:
+            by_row = column[rows]
+            return jax.make_array_from_callback(by_row.shape, split, lambda here: by_row[here])
+
+        return cls(mesh, share(x), share(y), np.diff(ends))
 
     @property
     def split(self) -> NamedSharding:

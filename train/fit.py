@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 import acf_jax
 from acf_jax.cli._ending import end_well, resumable
 from acf_jax.cli._json import echo_json
+from acf_jax.start import start_jax
 from acf_jax.surrogate import Surrogate, load_surrogate, save_surrogate
 from acf_jax.surrogate.box import UNITS, Box
 from acf_jax.surrogate.features import FEATURES, AbstractFeatures
@@ -47,12 +47,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", action="store_true", help="print JSON: metrics.json")
     parser.add_argument("--version", action="version", version=f"%(prog)s, version {acf_jax.__version__}")
     arguments = parser.parse_args(argv)
-    jax.config.update("jax_enable_x64", True)  # labels are float64, whatever the network's precision
+    start_jax()  # labels are float64, whatever the network's precision
 
     def work() -> int:
         config = read_config(arguments.config, tuple(arguments.set))
-        if isinstance(config, Config):
-            join_processes(config)
+        join_processes(config)
         words = redirect_stdout(sys.stderr) if arguments.json else nullcontext()
         try:
             with resumable("--resume goes on from the last checkpoint"), words:

@@ -1,4 +1,4 @@
-"""What commands that compute share: double precision, and compiled code kept between calls."""
+"""What commands that compute share: double precision, no detour by a thread, compiled code kept between calls."""
 
 import os
 from pathlib import Path
@@ -7,8 +7,14 @@ import jax
 
 
 def start_jax() -> None:
-    """Switch JAX to float64 and to a compilation cache in the user's cache folder."""
+    """Switch JAX to float64, to small computations in the calling thread, and to a cache of compiled code.
+
+    To be called before the first computation.
+    """
     jax.config.update("jax_enable_x64", True)
+    jax.config.update(
+        "jax_cpu_enable_async_dispatch", False
+    )  # handing over to a thread costs more than a peak
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     cache = Path(home) / "acf-jax" / "compiled"
     try:

@@ -19,6 +19,7 @@ from train.config import read_config
 from train.data import draw_samples
 
 REPOSITORY = Path(__file__).parents[2]
+TRAIN = ("-m", "train.fit")
 CHANGES = (
     "compare=[]",
     "precision=float64",
@@ -38,16 +39,16 @@ def arguments(config: Path, folder: Path, *changes: str) -> list[str]:
     return found
 
 
-def start(devices: int, *command: str) -> subprocess.Popen[str]:
-    """Training in a process of its own that has so many devices."""
+def start(devices: int, *command: str, cwd: Path = REPOSITORY) -> subprocess.Popen[str]:
+    """Python in a process of its own that has so many devices."""
     environment = {
         **os.environ,
         "XLA_FLAGS": f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={devices}",
         "PYTHONPATH": os.pathsep.join([str(REPOSITORY / "src"), str(REPOSITORY)]),
     }
     return subprocess.Popen(
-        [sys.executable, "-m", "train.fit", *command],
-        cwd=REPOSITORY, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        [sys.executable, *command],
+        cwd=cwd, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
 
 
@@ -66,8 +67,8 @@ def test_many_devices_and_processes_train_what_one_trains(small: Path, tmp_path:
     """Eight devices in one process; and two processes of two devices, which meet over loopback."""
     alone, eight, two = (tmp_path / name for name in ("alone", "eight", "two"))
     meet = [f"processes.coordinator=127.0.0.1:{free_port()}", "processes.count=2"]
-    started = [start(8, *arguments(small, eight))]
-    started += [start(2, *arguments(small, two, *meet, f"processes.id={k}")) for k in (0, 1)]
+    started = [start(8, *TRAIN, *arguments(small, eight))]
+    started += [start(2, *TRAIN, *arguments(small, two, *meet, f"processes.id={k}")) for k in (0, 1)]
     assert fit.main(arguments(small, alone, "devices=1")) == 0
     printed = [process.communicate()[0] for process in started]
     assert [process.returncode for process in started] == [0, 0, 0], "\n".join(printed)
@@ -81,6 +82,37 @@ def test_many_devices_and_processes_train_what_one_trains(small: Path, tmp_path:
         np.testing.assert_allclose(found["losses"]["fold"], expected["losses"]["fold"], rtol=1e-9)
         for ours, theirs in zip(weights, arrays(folder / "model.eqx"), strict=True):
             np.testing.assert_allclose(theirs, ours, rtol=1e-8, atol=1e-12)
+
+
+SHARED_OUT = """
+import jax, numpy as np
+jax.config.update("jax_enable_x64", True)
+from jax.sharding import Mesh
+from pathlib import Path
+from acf_jax.surrogate.load import Shape
+from train.config import Optimiser
+from train.devices import AXIS, Shards
+from train.loop import fit_network
+
+x = np.random.default_rng(0).uniform(-1, 1, (1003, 3))  # no multiple of the devices
+y = np.stack([x[:, 0] * x[:, 1], np.where(x[:, 2] > 0, x[:, 2], np.nan)], axis=1)
+settings = Optimiser(learning_rate=1e-2, warm_up_steps=5, steps=40, batch=128, steps_per_checkpoint=20)
+weights = []
+for n in (1, 8):
+    shards = Shards.of(Mesh(np.array(jax.devices()[:n]), (AXIS,)), x, y)
+    assert shards.x.sharding.num_devices == n and shards.counts.sum() == len(x)
+    network, _ = fit_network("n", shards, Shape(width=8, depth=2), settings, 0, Path(f"{n}.eqx"), {}, False)
+    weights.append([np.asarray(leaf) for leaf in jax.tree.leaves(network) if hasattr(leaf, "shape")])
+for one, eight in zip(*weights, strict=True):
+    np.testing.assert_allclose(eight, one, rtol=1e-9, atol=1e-13)
+"""
+
+
+def test_samples_that_each_process_holds_are_shared_out(tmp_path: Path) -> None:
+    """As those of a corrected model: several outputs, some of them missing."""
+    process = start(8, "-c", SHARED_OUT, cwd=tmp_path)
+    printed, _ = process.communicate()
+    assert process.returncode == 0, printed
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
