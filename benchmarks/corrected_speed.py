@@ -29,6 +29,7 @@ from acf_jax.diagnosis.predict import LONGEST
 from acf_jax.model import Impact
 from acf_jax.simulator import largest_force, simulate
 from acf_jax.simulator.simulate import _State, make_system
+from acf_jax.start import start_jax
 from acf_jax.surrogate import CorrectedSurrogate
 from acf_jax.surrogate.load import with_dtype
 from benchmarks.machine import cores, describe
@@ -52,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--samples", type=int, default=32768)
     parser.add_argument("--repeats", type=int, default=7)
     arguments = parser.parse_args(argv)
-    jax.config.update("jax_enable_x64", True)
+    start_jax()
     jax.config.update("jax_num_cpu_devices", cores())
     model, surrogate = ModelFile(arguments.model).load_exact()
     law = model.main.peak

@@ -1,5 +1,6 @@
 """Whether a contact stays below the limits of a body area: allowed, not allowed, or not decidable."""
 
+import math
 from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
@@ -71,6 +72,7 @@ class Checker:
         self.model = model
         # taken out once: each look into a module costs microseconds, which a check counts
         self.theta, self.tried = tuple(np.asarray(model.main.theta).tolist()), model.tried
+        self.verdict = model.verdict
         self.confidence = confidence
         self.lasting = 1 + float(norm.ppf(confidence)) * float(model.relative[-1])
         self.exact = exact_way(model, confidence)
@@ -159,13 +161,13 @@ class Checker:
         """Why the model does not tell the force."""
         beyond = self.tried.beyond(s.v_e, s.f_p) if self.tried else []
         reasons = [f"{fault}: never allowed by extrapolation" for fault in beyond]
-        if self.model.verdict == "insufficient_data":
+        if self.verdict == "insufficient_data":
             reasons.append("the diagnosis behind the model had too little data to answer")
         if not found.has_peak:
             reasons.append(
                 "the model has no answer: the force keeps rising without a first peak" + self._too_stiff
             )
-        elif not found.is_known or not np.isfinite(found.upper):
+        elif not found.is_known or not math.isfinite(found.upper):
             reasons.append(
                 "within what its parameters and explanations leave open, the model has no answer: the force may keep"
                 " rising without a first peak" + self._too_stiff
