@@ -190,13 +190,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     speeds = np.random.default_rng(0).uniform(0.05, 0.5, options.calls).tolist()
 
     rows = {f"Python: {name}": spent for name, spent in in_python(speeds).items()}
-    for name, (formula, at) in (
-        ("surrogate", of_shipped()),
-        ("surrogate of a corrected model", of_example()),
-    ):
-        rows[f"ONNX Runtime from Python: {name}"] = in_onnx_runtime(onnx_model(formula), at, speeds)
-    _, at = of_example()
-    rows["ONNX Runtime from Python: a bare network"] = in_onnx_runtime(bare_network(len(at)), at, speeds)
+    (paper, at_paper), (corrected, at_corrected) = of_shipped(), of_example()
+    models = {
+        "surrogate": (onnx_model(paper), at_paper),
+        "surrogate of a corrected model": (onnx_model(corrected), at_corrected),
+        "a bare network": (bare_network(len(at_corrected)), at_corrected),
+    }
+    for name, (model, at) in models.items():
+        rows[f"ONNX Runtime from Python: {name}"] = in_onnx_runtime(model, at, speeds)
     compiler = shutil.which("cc")
     if compiler is None:
         print("no C compiler: the rows of C are left out", file=sys.stderr)

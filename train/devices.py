@@ -84,6 +84,16 @@ def agree(path: Path, step: int) -> None:
         )
 
 
+def _split(mesh: Mesh) -> NamedSharding:
+    """A row a device."""
+    return NamedSharding(mesh, PartitionSpec(AXIS))
+
+
+def _ends(total: int, mesh: Mesh) -> list[int]:
+    """Where each device's even part of so many samples begins, and where the last one ends."""
+    return [total * i // mesh.size for i in range(mesh.size + 1)]
+
+
 class Shards(NamedTuple):
     """Inputs and targets of training, a row a device; `counts` samples of each row count, the rest fills up."""
 
@@ -95,9 +105,9 @@ class Shards(NamedTuple):
     @classmethod
     def of(cls, mesh: Mesh, x: np.ndarray, y: np.ndarray) -> Self:
         """Samples (n, inputs) and targets (n, outputs) that every process holds, shared out evenly."""
-        ends = np.arange(mesh.size + 1) * len(x) // mesh.size
+        ends = np.array(_ends(len(x), mesh))
         rows = np.minimum(ends[:-1, None] + np.arange(np.diff(ends).max()), len(x) - 1)
-        split = NamedSharding(mesh, PartitionSpec(AXIS))
+        split = _split(mesh)
 
         def share(column: np.ndarray) -> jax.Array:
             by_row = column[rows]
@@ -108,7 +118,7 @@ class Shards(NamedTuple):
     @property
     def split(self) -> NamedSharding:
         """How samples lie on the devices."""
-        return NamedSharding(self.mesh, PartitionSpec(AXIS))
+        return _split(self.mesh)
 
     @property
     def everywhere(self) -> NamedSharding:
@@ -158,8 +168,8 @@ class TrainingSet(NamedTuple):
 
 def make_training_set(config: Config, mesh: Mesh) -> TrainingSet:
     """Draw the samples of training, and label each on the device that will train on it."""
-    total, split = config.samples.train, NamedSharding(mesh, PartitionSpec(AXIS))
-    ends = [total * i // mesh.size for i in range(mesh.size + 1)]
+    total, split = config.samples.train, _split(mesh)
+    ends = _ends(total, mesh)
     longest = max(b - a for a, b in pairwise(ends))
 
     def part(i: int) -> tuple[Rig, Impact, np.ndarray]:

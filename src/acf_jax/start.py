@@ -12,9 +12,8 @@ def start_jax() -> None:
     To be called before the first computation.
     """
     jax.config.update("jax_enable_x64", True)
-    jax.config.update(
-        "jax_cpu_enable_async_dispatch", False
-    )  # handing over to a thread costs more than a peak
+    # handing over to a thread costs more than a peak
+    jax.config.update("jax_cpu_enable_async_dispatch", False)
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     cache = Path(home) / "acf-jax" / "compiled"
     try:

@@ -201,10 +201,11 @@ def test_corrected_model_and_surrogate_are_designed_with_alike() -> None:
     found = solved(corrected, {"v_e": (0.05, 0.35)}, {"f_p": 70.0}, "fastest", 110.0, 0.95, draws=1024)
     force, _ = draw_forces(corrected, found.z, WALL, 2000, seed=5)
     assert (force <= 110.0).mean() > 0.93
-    learned = of_rig(IDEAL, {}, load_surrogate())
+    learned, exact = of_rig(RIG, {}, load_surrogate()), of_rig(RIG, {})
     v = solved(learned, {"v_e": (0.02, 1.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.95).z[-2]
-    exact = np.sqrt((250**2 - 100**2) / (IDEAL["m"] * IDEAL["k_c"]))
-    assert v <= exact and v == pytest.approx(exact, rel=1e-6)
+    # never faster than by the exact model, and slower by a millionth at most
+    at, beyond = forces(exact.main.peak, np.array([exact.at(x, 100.0) for x in (v, v / (1 - 1e-6))]), WALL)[0]
+    assert at <= 250.0 <= beyond
 
 
 def test_landscape_shows_the_limit_where_the_design_is() -> None:

@@ -3,7 +3,6 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from corrected import gap_model
 from scipy.stats import norm
 
 from acf_jax.dataset import Noise, Prior, RigPrior
@@ -15,6 +14,7 @@ from acf_jax.diagnosis.sample import at_times, peak_of, taps
 from acf_jax.diagnosis.score import HIGHEST, WEIGHTS, Evidence, Scored, credible_set, probabilities
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
 from acf_jax.diagnosis.validate import LEAST_WIDTH, _bootstrap
+from tests.corrected import gap_model
 
 RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
 

@@ -3,16 +3,19 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import yaml
 from needs import need_module
 
 from acf_jax.cli._model import ModelFile
 from acf_jax.contact.body import WALL, Body
 from acf_jax.contact.model import forces
+from acf_jax.diagnosis.model_file import write_model
 from acf_jax.errors import InputError
 from acf_jax.safety.check import Checker
 from acf_jax.safety.limits import read_limits
@@ -20,8 +23,36 @@ from acf_jax.safety.situation import Situation
 from acf_jax.surrogate import load_corrected
 from acf_jax.surrogate.corrected_file import save_corrected
 from acf_jax.surrogate.load import Shape, with_dtype
-from tests.corrected import SMALL, configuration
+from tests.corrected import gap_model
 from train import fit, labels
+
+SMALL: dict[str, Any] = {
+    "output": "run",
+    "ranges": {
+        "k_c": {"low": 4e4, "high": 9e4, "unit": "N/m", "scale": "log"},
+        "mobility": {"low": 0, "high": 1, "unit": "1/kg"},
+    },
+    "samples": {"train": 4096, "held_out": 1024, "test": 1024},
+    "network": {"width": 16, "depth": 2},
+    "optimiser": {
+        "learning_rate": 1e-2,
+        "warm_up_steps": 50,
+        "steps": 1500,
+        "batch": 256,
+        "steps_per_checkpoint": 500,
+    },
+}
+
+
+def configuration(
+    folder: Path, effect: str = "gravity", own: tuple[float, ...] = (-8.0,), **more: Any
+) -> Path:
+    """The small configuration and the model that it names, as files."""
+    (folder / "model.json").write_text(write_model(gap_model((effect,), own)), "utf-8")
+    content = SMALL | {"labels": {"model": str(folder / "model.json")}} | more
+    path = folder / "small.yaml"
+    path.write_text(yaml.safe_dump(content), "utf-8")
+    return path
 
 
 def train(config: Path, folder: Path, *more: str) -> int:
