@@ -28,7 +28,7 @@ from acf_jax.diagnosis.forward import SAMPLES, unpack
 from acf_jax.diagnosis.predict import LONGEST
 from acf_jax.model import Impact
 from acf_jax.simulator import largest_force, simulate
-from acf_jax.simulator.simulate import _State, make_system
+from acf_jax.simulator.simulate import at_rest, make_system
 from acf_jax.start import start_jax
 from acf_jax.surrogate import CorrectedSurrogate
 from acf_jax.surrogate.load import with_dtype
@@ -186,8 +186,7 @@ def _adaptive(effects: tuple[str, ...], tolerance: float, q: jax.Array) -> jax.A
     holding = [f for e in system.effects if (f := e.release_force(impact)) is not None]
     release = jnp.stack(holding).max() if holding else jnp.asarray(-jnp.inf)
 
-    zeros = tuple(jnp.zeros(e.n_own) for e in system.effects)
-    y_0, state_of = ravel_pytree(_State(jnp.zeros(()), jnp.zeros(()), zeros))
+    y_0, state_of = ravel_pytree(at_rest(system.effects))
 
     def rates(t: Any, y: Any, args: Any) -> Any:
         state = state_of(y)

@@ -35,13 +35,13 @@ def test_both_have_the_same_residuals_and_derivatives(few, explanation, simulate
     start = np.mean(starts(explanation[0]), axis=0) if explanation else []
     u = problem.at.coordinate(np.concatenate([few.prior.values, start, [0.0]]))
     own = 0.5 * np.random.default_rng(0).standard_normal((len(few.names), 3))
-    ours = linearise(few, explanation, problem.at, u, own, grid_for(few))
+    ours = linearise(few, explanation, problem.at, u, own, grid_for(few, problem.explanation))
     x = np.concatenate([u, own.ravel()])
     residuals, slopes, n = problem.residuals(x), problem.jacobian(x), few.n_used
-    # the library interpolates on its grid: beside the loss of contact it is off by more
+    # beside the loss of contact their derivatives may be on the other side of it
+    np.testing.assert_allclose(residuals[:n], ours.residual[few.used], atol=0.1)  # of the noise
     inside = few.used & (ours.predicted > 30)
     rows = inside[few.used]
-    np.testing.assert_allclose(residuals[:n][rows], ours.residual[inside], atol=0.1)  # of the noise
     by_parameter = np.moveaxis(ours.by_parameter, 1, 2)[inside]
     np.testing.assert_allclose(
         -slopes[:n, : len(u)][rows], by_parameter, atol=0.04 * np.abs(by_parameter).max()
@@ -55,5 +55,5 @@ def test_both_have_the_same_residuals_and_derivatives(few, explanation, simulate
 def test_both_find_the_same_optimum(few):
     ours = fit_nominal(few)
     theirs = scipy_fit.fit(few, (), scipy_fit.all_at_once)
-    assert theirs.objective == pytest.approx(ours.objective, rel=0.01)
+    assert theirs.objective == pytest.approx(ours.objective, rel=1e-3)
     np.testing.assert_allclose(theirs.u, ours.u, atol=0.1)

@@ -11,14 +11,16 @@ import numpy as np
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
 from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations, whiten_all
 from acf_jax.diagnosis.sample import combine, peak_of, taps
-from acf_jax.diagnosis.space import Coordinates, Explanation, coordinates
+from acf_jax.diagnosis.space import Coordinates, Explanation, component_of, coordinates
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
+STRIDE = 2.0  # sampling intervals of its longest step, where no sensor has a frequency of its own
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 COARSEST = 100.0  # a fit that misses by so much more than noise stops at so much larger a gain
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 ITERATIONS = 40  # of a fit, at most
+STIFFEST = 1e4  # damping at which a step is too small to matter
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 
 
@@ -56,15 +58,17 @@ class Fit:
         return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
 
 
-def grid_for(observations: Observations) -> Grid:
-    """A grid fine enough for the rig and long enough for every trial."""
+def grid_for(observations: Observations, explanation: Explanation) -> Grid:
+    """A grid fine enough for the rig and for a sensor that follows each sample, and long enough for every trial."""
     m, _, k_f, k_c = observations.prior.values
     omega = np.sqrt((k_f + k_c) / m)
     end = float((observations.time + 3 * TRIGGER * observations.interval[:, None])[observations.used].max())
     interval = observations.interval[observations.interval > 0].min(initial=np.inf)
     if observations.peak_only.any():
         end = max(end, PEAK_WITHIN / omega)
-    h = max(min(STEP_PER_RADIAN / omega, interval), end / (SAMPLES - 4))
+    has_sensor = any(component_of(name) == "sensor" for name in explanation)
+    longest = interval if has_sensor else STRIDE * interval
+    h = max(min(STEP_PER_RADIAN / omega, longest), end / (SAMPLES - 4))
     return Grid(h, int(np.ceil(end / h)) + 2)
 
 
@@ -105,7 +109,7 @@ def compare(
     times = o.time - delay[:, None]
     for i in np.flatnonzero(o.peak_only):
         times[i, 0] = peak_of(forces.sensed[i], h, forces.contact[i])[1]
-    near, weight, rate_weight = taps(times, h, forces.rows.shape[-1])
+    near, weight, rate_weight = taps(times, h, forces.contact)
     at = combine(forces.rows, near, weight)
     predicted, tangents = at[:, 0], at[:, 1:]
     timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
@@ -204,7 +208,7 @@ def fit(
     )
     u = np.clip(at.coordinate(start), at.low, at.high)
     own = np.zeros((len(observations.names), N_OWN)) if own is None else own
-    grid = grid_for(observations)._replace(pull=0.0 if warm else 1.0)
+    grid = grid_for(observations, explanation)._replace(pull=0.0 if warm else 1.0)
     linear = linearise(observations, explanation, at, u, own, grid)
     inflation = 1.0 if warm else _inflation(linear, observations.n_used)
     damping, small = 1e-3, 0
@@ -213,7 +217,7 @@ def fit(
     for _ in range(iterations):
         value = _objective(linear, u, own, inflation)
         normal = _normal_equations(linear, u, own, inflation)
-        while damping < 1e8:
+        while damping < STIFFEST:
             step = _bounded_step(normal.hessian, normal.gradient, u, at, damping)
             own_gradient = normal.own_gradient + np.einsum("p,ipa->ia", step, normal.cross)
             own_new = np.clip(

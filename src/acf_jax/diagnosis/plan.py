@@ -46,7 +46,9 @@ def imagine(
     f_p = np.array([t.pretension for t in conditions])
     forces = forward((), rig.values, v_e, f_p, grid)
     time = np.arange(1, int(end * sample_rate)) / sample_rate
-    force = np.stack([at_times(f, time, grid.h) for f in forces.sensed])
+    force = np.stack(
+        [at_times(f, time, grid.h, c) for f, c in zip(forces.sensed, forces.contact, strict=True)]
+    )
     lost = [np.flatnonzero(c[1:] <= 0) for c in forces.contact]
     until = np.array([(k[0] + 1) * grid.h if k.size else end for k in lost])
     numbers = {condition: k for k, condition in enumerate(dict.fromkeys(t.condition for t in conditions))}

@@ -93,8 +93,8 @@ def _one(
     forces, grid, covariance, diverges = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
-    force = np.maximum(at_times(forces.sensed[i], time, grid.h), 0.0)
-    contact = np.maximum(at_times(forces.contact[i], time, grid.h), 0.0)
+    force = np.maximum(at_times(forces.sensed[i], time, grid.h, forces.contact[i]), 0.0)
+    contact = np.maximum(at_times(forces.contact[i], time, grid.h, forces.contact[i]), 0.0)
     force[0], contact[0] = forces.sensed[i, 0], forces.contact[i, 0]
     top = int(np.argmax(force))
     peaks = [
@@ -103,7 +103,7 @@ def _one(
     ]
     means = weights @ np.array(peaks)
     between = weights @ (np.array(peaks) - means) ** 2
-    at_peak = at_times(forces.tangents[i], np.array([time[top]]), grid.h)
+    at_peak = at_times(forces.tangents[i], np.array([time[top]]), grid.h, forces.contact[i])
     slope = at_peak[: len(covariance), 0]
     form = model.peak_form_error if which == "corrected" else 0.0
     own = max(0.0, float(slope @ covariance @ slope))

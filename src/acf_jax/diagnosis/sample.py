@@ -5,21 +5,15 @@ import numpy as np
 SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
 
 
-def taps(times: np.ndarray, h: float, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cubic interpolation at `times` (...): indices (4, ...) on the grid, weights of the value and of its rate.
+def taps(times: np.ndarray, h: float, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cubic interpolation at `times` (..., n): indices (4, ..., n) on the grid, weights of the value and of its rate.
 
     Times within the first step are reached from behind it: at time 0 a sensor with the least lag reads nothing yet.
+    Forces have a kink where contact is lost, by the contact force (..., samples): no interpolation reaches across it.
     """
-    k = np.clip((times / h).astype(int), 2, samples - 3)
-    a = times / h - k
-    value = np.stack(
-        [
-            -a * (a - 1) * (a - 2) / 6,
-            (a + 1) * (a - 1) * (a - 2) / 2,
-            -(a + 1) * a * (a - 2) / 2,
-            (a + 1) * a * (a - 1) / 6,
-        ]
-    )
+    at = times / h
+    k = _beside_loss(np.clip(at.astype(int), 2, contact.shape[-1] - 3), at, contact)
+    a = at - k
     rate = np.stack(
         [
             -(3 * a**2 - 6 * a + 2) / 6,
@@ -28,12 +22,39 @@ def taps(times: np.ndarray, h: float, samples: int) -> tuple[np.ndarray, np.ndar
             (3 * a**2 - 1) / 6,
         ]
     )
-    return np.stack([k - 1, k, k + 1, k + 2]), value, rate / h
+    return _around(k), _cubic(a), rate / h
 
 
-def at_times(values: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
-    """Values (..., samples) on the grid, at `times` (n,), by cubic interpolation."""
-    near, weight, _ = taps(times, h, values.shape[-1])
+def _around(k: np.ndarray) -> np.ndarray:
+    return np.stack([k - 1, k, k + 1, k + 2])
+
+
+def _cubic(a: np.ndarray) -> np.ndarray:
+    return np.stack(
+        [
+            -a * (a - 1) * (a - 2) / 6,
+            (a + 1) * (a - 1) * (a - 2) / 2,
+            -(a + 1) * a * (a - 2) / 2,
+            (a + 1) * a * (a - 1) / 6,
+        ]
+    )
+
+
+def _beside_loss(k: np.ndarray, at: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """The indices `k` of times `at`, moved to the side of the first loss of contact on which the time is."""
+    is_lost = np.less_equal(contact[..., 1:], 0)
+    lost = is_lost.argmax(-1, keepdims=True) + 1
+    before, after = lost - 3, lost + 1
+    has_room = is_lost.any(-1, keepdims=True) & (before >= 2) & (after <= contact.shape[-1] - 3)
+    before = np.broadcast_to(np.where(has_room, before, 2), k.shape)
+    left = (np.take_along_axis(contact[None], _around(before), -1) * _cubic(at - before)).sum(0)
+    is_before = (at < lost - 1) | ((at < lost) & (left > 0))
+    return np.where(has_room, np.where(is_before, np.minimum(k, before), np.maximum(k, after)), k)
+
+
+def at_times(values: np.ndarray, times: np.ndarray, h: float, contact: np.ndarray) -> np.ndarray:
+    """Values (..., samples) on the grid, at `times` (n,), by the interpolation of `taps`."""
+    near, weight, _ = taps(times, h, contact)
     return np.asarray(np.einsum("...kn,kn->...n", values[..., near], weight))
 
 

@@ -16,7 +16,7 @@ from acf_jax.diagnosis.space import Explanation
 
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
-FAR = 1.5  # the same above which pairs leave much
+FAR = 1.5  # the same above which a fit leaves much
 PAIRS, TRIED, TRIPLES = 8, 6, 2  # that are fitted, TRIED where little is explained
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained
 GLANCE = 6  # iterations after which pairs are compared where little is explained
@@ -51,12 +51,12 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
 
     alone = _best_first(f for f in fits if not is_port(f.explanation))
     if left(alone) > UNEXPLAINED:
-        pairs = _try_all(observations, alone, TRIED)
+        more = _try_all(observations, alone, TRIED)
+        if more and left(more) > FAR:
+            more += _grow(observations, _best_first(more)[:LEADERS], effects, TRIPLES)
     else:
-        pairs = _grow(observations, alone[:LEADERS], effects, PAIRS)
-    fits += pairs
-    if pairs and left(pairs) > FAR:
-        fits += _grow(observations, _best_first(pairs)[:LEADERS], effects, TRIPLES)
+        more = _grow(observations, [f for f in alone[:LEADERS] if left([f]) < FAR], effects, PAIRS)
+    fits += more
     # a simulation that broke down at every start explains nothing
     return recalibrated, [f for f in fits if np.isfinite(f.objective)]
 

@@ -23,7 +23,13 @@ class Response(NamedTuple):
 class _State(NamedTuple):
     x: Scalar
     x_dot: Scalar
-    own: tuple[Float[Array, " _"], ...]
+    own: tuple[tuple[Scalar, ...], ...]  # of each effect; as vectors, XLA would compute every entry with each
+
+
+def at_rest(effects: tuple[AbstractEffect, ...]) -> _State:
+    """The state at first contact."""
+    zero = jnp.zeros(())
+    return _State(zero, zero, tuple((zero,) * e.n_own for e in effects))
 
 
 def _add(a: _State, b: _State, scale: Scalar | float) -> _State:
@@ -38,11 +44,15 @@ class System(NamedTuple):
     effects: tuple[AbstractEffect, ...]
     pull: Scalar
 
+    def _with_own(self, y: _State) -> list[tuple[AbstractEffect, Float[Array, " _"]]]:
+        """Each effect with the vector of its own state."""
+        return [(e, jnp.array(q, float)) for e, q in zip(self.effects, y.own, strict=True)]
+
     @jax.jit  # traced once, not at each of the places that call it
     def motion(self, t: Scalar, y: _State) -> Motion:
         """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
         rig, impact = self.rig, self.impact
-        own = tuple(zip(self.effects, y.own, strict=True))
+        own = self._with_own(y)
         robot = [e.robot_displacement(rig, impact, t, q) for e, q in own]
         pad = [e.pad_displacement(q) for e, q in own]
         s = impact.v_e * t + sum(r[0] for r in robot) - y.x - sum(p[0] for p in pad)
@@ -57,10 +67,10 @@ class System(NamedTuple):
     def rates(self, t: Scalar, y: _State, free: Scalar) -> _State:
         """Equation (1) with effects; `free` is the share of the step for which the flange is off its stop."""
         rig, motion = self.rig, self.motion(t, y)
-        own = tuple(zip(self.effects, y.own, strict=True))
+        own = self._with_own(y)
         force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in own)
         x_ddot = free * (force - rig.d * y.x_dot - rig.k_f * y.x) / rig.m
-        return _State(free * y.x_dot, x_ddot, tuple(e.rates(motion, x_ddot, q) for e, q in own))
+        return _State(free * y.x_dot, x_ddot, tuple(tuple(e.rates(motion, x_ddot, q)) for e, q in own))
 
     def free_share(self, t: Scalar, h: Scalar, y: _State) -> Scalar:
         """Share of the step after the contact force has passed the force that releases a held flange."""
@@ -109,7 +119,7 @@ def make_system(
 
 def start(system: System, h: Scalar, has_sensor: bool = True) -> Moving:
     """The instant of first contact."""
-    y_0 = _State(jnp.zeros(()), jnp.zeros(()), tuple(jnp.zeros(e.n_own) for e in system.effects))
+    y_0 = at_rest(system.effects)
     f_0 = system.motion(jnp.zeros(()), y_0).f_c
     memory_0 = tuple(jnp.zeros(e.n_memory) for e in system.effects) if has_sensor else ()
     # Before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensors. Not
