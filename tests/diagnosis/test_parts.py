@@ -45,18 +45,18 @@ def test_interpolation_is_exact_for_cubics() -> None:
     )
 
 
-def test_interpolation_ends_where_contact_is_lost() -> None:
+@pytest.mark.parametrize("lost", [0.1, 0.1003, 0.1011, 0.1019])  # s, between points of the grid or on one
+def test_interpolation_ends_where_contact_is_lost(lost: float) -> None:
     h = 2e-3
     grid, times = h * np.arange(60), np.linspace(0.08, 0.115, 200)
 
-    def force(t: np.ndarray) -> np.ndarray:  # lost after 0.1 s, between two points of the grid or on one
+    def force(t: np.ndarray) -> np.ndarray:
         return np.maximum(100 * np.sin(t * np.pi / lost), 0.0) * (t < lost)
 
-    for lost in (0.1, 0.1003, 0.1011, 0.1019):
-        found = at_times(force(grid), times, h, force(grid))
-        np.testing.assert_allclose(found, force(times), atol=1e-3)
-        reading = at_times(force(grid) + 5.0, times, h, force(grid))  # of a sensor with an offset
-        np.testing.assert_allclose(reading, force(times) + 5.0, atol=1e-3)
+    found = at_times(force(grid), times, h, force(grid))
+    np.testing.assert_allclose(found, force(times), atol=1e-3)
+    reading = at_times(force(grid) + 5.0, times, h, force(grid))  # of a sensor with an offset
+    np.testing.assert_allclose(reading, force(times) + 5.0, atol=1e-3)
 
 
 def test_the_peak_lies_within_the_impact_phase() -> None:
