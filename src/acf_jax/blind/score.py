@@ -132,7 +132,7 @@ def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
     for which in ("recalibrated", "corrected"):
         squares, count, peaks = 0.0, 0, []
         for true, prediction in zip(truths, predict(model, v_e, f_p, which), strict=True):
-            force = np.interp(true[1:, 0], prediction.time, prediction.force, right=0.0)
+            force = force_at(true[1:, 0], prediction.time, prediction.force)
             squares += float(((force - true[1:, 1]) ** 2).sum())
             count += len(force)
             peaks.append(prediction.peak_force / true[:, 1].max() - 1)
@@ -140,6 +140,11 @@ def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
         result[f"peak_{which}"] = float(np.sqrt(np.mean(np.square(peaks))))
     result["ratio"] = result["rms_corrected"] / max(result["rms_recalibrated"], 1e-12)
     return result
+
+
+def force_at(times: np.ndarray, predicted_at: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """A predicted force, N, at other times, s: zero after its end, by more than a rounding of the last instant."""
+    return np.interp(times * (1 - 1e-9), predicted_at, force, right=0.0)
 
 
 def _true_force(path: Path) -> np.ndarray:

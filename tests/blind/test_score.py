@@ -1,0 +1,14 @@
+"""Held-out forces against predictions."""
+
+import numpy as np
+
+from acf_jax.blind.score import force_at
+
+
+def test_a_predicted_force_ends_with_its_trace_and_no_rounding_before() -> None:
+    times = np.arange(1, 601) * 1e-4
+    predicted_at = np.arange(601) / 1e4 * (1 - 1e-14)  # the rate of a trace is known within rounding
+    force = 100 + 1e3 * predicted_at
+    np.testing.assert_allclose(force_at(times, predicted_at, force), 100 + 1e3 * times, rtol=1e-6)
+    beyond = force_at(np.array([0.0601]), predicted_at, force)
+    assert beyond == 0
