@@ -17,6 +17,7 @@ from acf_jax.diagnosis.observe import observe
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.signature import Ground
+from acf_jax.diagnosis.space import Explanation
 from acf_jax.errors import InputError
 
 
@@ -112,6 +113,19 @@ def test_derivatives_of_the_objective_are_right(gravity_set: GapDataset) -> None
                 observations, ("gravity",), best.coordinates.value(u), best.own, warm=True, iterations=0
             )
             assert moved.objective > best.objective - 1e-6
+
+
+@pytest.mark.parametrize("explanation", [(), ("gravity",)])
+def test_longer_steps_leave_the_chi_square(
+    gravity_set: GapDataset, explanation: Explanation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observations = observe(gravity_set, assess_dataset(gravity_set))
+    start = np.concatenate([observations.prior.values, [-5.0] * len(explanation), [0.0]])
+    found = fit(observations, explanation, start)
+    monkeypatch.setattr("acf_jax.diagnosis.fit.STRIDE", 0.25)
+    finer = fit(observations, explanation, found.theta, found.own, warm=True)
+    assert finer.grid.h < found.grid.h / 4
+    assert 2 * finer.objective == pytest.approx(2 * found.objective, abs=0.2)
 
 
 def test_projection_removes_what_the_parameters_imitate(gravity_set: GapDataset) -> None:

@@ -6,7 +6,7 @@ from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
 from acf_jax.diagnosis.fit import STEP_PER_RADIAN, fit
 from acf_jax.diagnosis.forward import SAMPLES, Grid, forward
 from acf_jax.diagnosis.observe import LONGEST, ONSET, Observations
-from acf_jax.diagnosis.sample import at_times
+from acf_jax.diagnosis.sample import at_times, first_loss
 from acf_jax.diagnosis.separate import Detectability, detectability
 
 
@@ -49,8 +49,8 @@ def imagine(
     force = np.stack(
         [at_times(f, time, grid.h, c) for f, c in zip(forces.sensed, forces.contact, strict=True)]
     )
-    lost = [np.flatnonzero(c[1:] <= 0) for c in forces.contact]
-    until = np.array([(k[0] + 1) * grid.h if k.size else end for k in lost])
+    lost = first_loss(forces.contact)
+    until = np.where(lost < forces.contact.shape[1], lost * grid.h, end)
     numbers = {condition: k for k, condition in enumerate(dict.fromkeys(t.condition for t in conditions))}
     return Observations(
         names=tuple(t.name for t in conditions),

@@ -93,8 +93,8 @@ def _one(
     forces, grid, covariance, diverges = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
-    force = np.maximum(at_times(forces.sensed[i], time, grid.h, forces.contact[i]), 0.0)
-    contact = np.maximum(at_times(forces.contact[i], time, grid.h, forces.contact[i]), 0.0)
+    both = np.stack([forces.sensed[i], forces.contact[i]])
+    force, contact = np.maximum(at_times(both, time, grid.h, forces.contact[i]), 0.0)
     force[0], contact[0] = forces.sensed[i, 0], forces.contact[i, 0]
     top = int(np.argmax(force))
     peaks = [

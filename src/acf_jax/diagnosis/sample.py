@@ -5,6 +5,12 @@ import numpy as np
 SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
 
 
+def first_loss(contact: np.ndarray) -> np.ndarray:
+    """Index of the first sample without contact, of contact forces (..., samples); their number where it is held."""
+    is_lost = np.less_equal(contact[..., 1:], 0)
+    return np.where(is_lost.any(-1), is_lost.argmax(-1) + 1, contact.shape[-1])
+
+
 def taps(times: np.ndarray, h: float, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Cubic interpolation at `times` (..., n): indices (4, ..., n) on the grid, weights of the value and of its rate.
 
@@ -42,10 +48,9 @@ def _cubic(a: np.ndarray) -> np.ndarray:
 
 def _beside_loss(k: np.ndarray, at: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """The indices `k` of times `at`, moved to the side of the first loss of contact on which the time is."""
-    is_lost = np.less_equal(contact[..., 1:], 0)
-    lost = is_lost.argmax(-1, keepdims=True) + 1
+    lost = first_loss(contact)[..., None]
     before, after = lost - 3, lost + 1
-    has_room = is_lost.any(-1, keepdims=True) & (before >= 2) & (after <= contact.shape[-1] - 3)
+    has_room = (before >= 2) & (after <= contact.shape[-1] - 3)
     before = np.broadcast_to(np.where(has_room, before, 2), k.shape)
     left = (np.take_along_axis(contact[None], _around(before), -1) * _cubic(at - before)).sum(0)
     is_before = (at < lost - 1) | ((at < lost) & (left > 0))
@@ -68,10 +73,9 @@ def combine(values: np.ndarray, near: np.ndarray, weight: np.ndarray) -> np.ndar
 
 def phase_end(sensed: np.ndarray, contact: np.ndarray) -> int:
     """Number of samples of the impact phase: until contact is lost and the sensor, which may lag, has seen it."""
-    lost = np.flatnonzero(contact[1:] <= 0)
-    if not lost.size:
+    after = int(first_loss(contact)) + 1
+    if after > len(sensed):
         return len(sensed)
-    after = int(lost[0]) + 2
     seen = np.flatnonzero(sensed[after - 1 :] <= SEEN * sensed.max())
     return after + int(seen[0]) if seen.size else len(sensed)
 
