@@ -3,11 +3,15 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jaxtyping import Array
 from scipy.stats import norm
 
 from acf_jax.dataset import Noise, Prior, RigPrior
 from acf_jax.diagnosis.experiment import error_probability
+from acf_jax.diagnosis.forward import Grid, forward, reach_of
 from acf_jax.diagnosis.observe import whiten
+from acf_jax.diagnosis.ports import ports
+from acf_jax.diagnosis.ports._continued import continued
 from acf_jax.diagnosis.ports.sensor import UnknownSensor
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.sample import at_times, peak_of, taps
@@ -152,3 +156,29 @@ def test_an_interval_of_the_shrinkage_holds_what_the_floor_leaves_open() -> None
     assert few.ci95[1] == 1.0  # with few samples all that is left may be noise
     assert few.ci95[0] <= many.ci95[0] <= many.value - LEAST_WIDTH
     assert many.value + LEAST_WIDTH <= many.ci95[1] < 1.0
+
+
+def test_a_free_curve_goes_on_straight_beyond_the_forces_that_were_tried() -> None:
+    def curve(u: Array) -> Array:
+        return 1e-3 * u**2
+
+    u, reach = jnp.array([50.0, 100.0, 150.0, 200.0]), jnp.asarray(100.0)
+    rising = continued(curve, u, reach, (0.2,), 5.0)
+    assert rising[:2] == pytest.approx(np.array([2.5, 10.0]))
+    assert rising[2:] == pytest.approx([10.0 + 0.18 * 50.0, 10.0 + 0.18 * 100.0])
+    assert continued(curve, u, reach, (0.2,), 0.1)[3] == pytest.approx(20.0)
+    falling = continued(lambda u: -10 * curve(u), u, reach, (0.2, 0.01), 5.0)
+    assert falling[3] == pytest.approx(-100.0 - 100.0)
+    assert continued(curve, u, jnp.asarray(jnp.inf), (0.2,), 5.0) == pytest.approx(curve(u))
+
+
+@pytest.mark.parametrize("port", ["unknown_contact", "unknown_sensor"])
+def test_the_reach_of_a_free_curve_changes_nothing_below_it(port: str) -> None:
+    theta = np.array([2.0, 60.0, 800.0, 3e5, *(p.scale for p in ports()[port].parameters())])
+    grid = Grid(1e-4, 100)
+    v_e, f_p = np.array([0.05, 0.3]), np.array([60.0, 60.0])
+    reach = reach_of((port,), theta, v_e[:1], f_p[:1], grid)
+    free, held = (forward((port,), theta, v_e, f_p, grid, r).sensed for r in (np.inf, reach))
+    assert held[0] == pytest.approx(free[0], rel=1e-12)
+    assert abs(held[1] - free[1]).max() > 1.0
+    assert reach_of(("gravity",), np.append(theta[:4], 5.0), v_e, f_p, grid) == np.inf

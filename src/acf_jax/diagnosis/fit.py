@@ -90,13 +90,14 @@ def linearise(
     u: np.ndarray,
     own: np.ndarray,
     grid: Grid,
+    reach: float = np.inf,
 ) -> Linearisation:
-    """Run the simulator and compare it with the measured samples."""
+    """Run the simulator and compare it with the measured samples; `reach` is that of `forward`."""
     o = observations
     spread = np.column_stack([o.rel_std[0] * o.v_e, o.rel_std[1] * o.f_p, TRIGGER * o.interval])
     shift = own * spread
     theta = at.value(u)
-    forces = forward(explanation, theta[:-1], o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid)
+    forces = forward(explanation, theta[:-1], o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
     with np.errstate(over="ignore", invalid="ignore"):  # an unstable integration is told by its objective
         return compare(o, forces, at.slope(u), shift[:, 2] + theta[-1], spread, grid.h)
 

@@ -1,16 +1,20 @@
 """One compiled program an explanation: forces of all trials and their derivatives in every free parameter."""
 
+import dataclasses
 import functools
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from acf_jax.diagnosis.ports import UnknownContact, UnknownSensor
 from acf_jax.diagnosis.space import RIG, Explanation, classes
 from acf_jax.effects import AbstractEffect
+from acf_jax.effects._interface import Scalar
 from acf_jax.model import Impact, Rig
 from acf_jax.simulator.derivatives import simulate_with_derivatives
 from acf_jax.simulator.simulate import System, make_system
@@ -46,37 +50,60 @@ class Forces(NamedTuple):
         return self.rows[:, 1:]
 
 
-def unpack(explanation: Explanation, theta: Float[Array, " p"]) -> tuple[Rig, list[AbstractEffect]]:
-    """Rig and effects from the vector of an explanation's parameters, SI units."""
+def unpack(
+    explanation: Explanation, theta: Float[Array, " p"], reach: Scalar | float = np.inf
+) -> tuple[Rig, list[AbstractEffect]]:
+    """Rig and effects from the vector of an explanation's parameters, SI units.
+
+    `reach`: the contact force, N, up to which a free curve of it was tried.
+    """
     effects, k = [], len(RIG)
     for cls in classes(explanation):
         n = len(cls.parameters())
-        effects.append(cls(*theta[k : k + n]))
+        effect = cls(*theta[k : k + n])
+        if isinstance(effect, (UnknownContact, UnknownSensor)):
+            effect = dataclasses.replace(effect, reach=jnp.asarray(reach))
+        effects.append(effect)
         k += n
     return Rig(*theta[: len(RIG)]), effects
 
 
 @functools.cache
 def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
-    def system(z: Float[Array, " p+2"], pull: Float[Array, ""]) -> System:
-        rig, effects = unpack(explanation, z[:-2])
+    def system(z: Float[Array, " p+2"], pull: Scalar, reach: Scalar) -> System:
+        rig, effects = unpack(explanation, z[:-2], reach)
         return make_system(rig, Impact(z[-2], z[-1]), effects, pull)
 
     def program(
-        z: Float[Array, "trials p+2"], h: Float[Array, ""], steps: Int[Array, ""], pull: Float[Array, ""]
+        z: Float[Array, "trials p+2"], h: Scalar, steps: Int[Array, ""], pull: Scalar, reach: Scalar
     ) -> tuple[Float[Array, "trials samples"], Float[Array, "trials p+3 samples"]]:
-        return simulate_with_derivatives(partial(system, pull=pull), z, h, SAMPLES, steps)
+        return simulate_with_derivatives(partial(system, pull=pull, reach=reach), z, h, SAMPLES, steps)
 
     # compiling costs more than running: a level below the default compiles faster and runs as fast
     return jax.jit(program, compiler_options={"xla_backend_optimization_level": 1})
 
 
-def forward(
+def reach_of(
     explanation: Explanation, theta: np.ndarray, v_e: np.ndarray, f_p: np.ndarray, grid: Grid
+) -> float:
+    """The contact force, N, up to which impacts try a free curve of it; infinite without one."""
+    if not {UnknownContact, UnknownSensor} & set(classes(explanation)):
+        return np.inf
+    return float(forward(explanation, theta, v_e, f_p, grid).contact.max())
+
+
+def forward(
+    explanation: Explanation,
+    theta: np.ndarray,
+    v_e: np.ndarray,
+    f_p: np.ndarray,
+    grid: Grid,
+    reach: float = np.inf,
 ) -> Forces:
     """Forces of all trials and their derivatives.
 
-    **Arguments:** `theta`: (p,) the explanation's parameters, SI units. `v_e`, `f_p`: (trials,), m/s and N.
+    **Arguments:** `theta`: (p,) the explanation's parameters, SI units. `v_e`, `f_p`: (trials,), m/s and N. `reach`: of
+    `reach_of`, where a free curve is continued beyond the trials that it was fitted to.
 
     **Returns:** `Forces`; not finite where the integration is unstable.
     """
@@ -86,7 +113,7 @@ def forward(
     for first in range(0, n, BLOCK):
         here = slice(first, min(first + BLOCK, n))
         padded = z[here][np.arange(BLOCK) % (here.stop - first)]
-        found = _program(explanation)(padded, grid.h, grid.steps, grid.pull)
+        found = _program(explanation)(padded, grid.h, grid.steps, grid.pull, reach)
         contact[here] = np.asarray(found[0])[: here.stop - first, :used]
         rows[here] = np.asarray(found[1])[: here.stop - first, :, :used]
     return Forces(contact, rows)

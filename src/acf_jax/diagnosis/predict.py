@@ -1,12 +1,13 @@
 """What a gap model predicts at conditions that were not tried: traces, peaks and their uncertainty."""
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from acf_jax.diagnosis.fit import STEP_PER_RADIAN
-from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
+from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, reach_of
 from acf_jax.diagnosis.model_file import GapModel, Variant
 from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
 
@@ -73,7 +74,9 @@ def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
     omega = np.sqrt((theta[2] + theta[3]) / theta[0])
     h = max(min(model.step_s, STEP_PER_RADIAN / omega), LONGEST / (SAMPLES - 4))
     grid = Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1))
-    forces = forward(v.effects, theta, v_e, f_p, grid)
+    tried = np.array(model.corners or tuple(product(model.v_range, model.f_p_range)))
+    reach = reach_of(v.effects, theta, tried[:, 0], tried[:, 1], grid)
+    forces = forward(v.effects, theta, v_e, f_p, grid, reach)
     # a free form that is continued far beyond the trials may diverge: from there on there is no force
     with np.errstate(invalid="ignore"):
         sound = (np.abs(forces.sensed) < DIVERGED) & (np.abs(forces.contact) < DIVERGED)

@@ -1,11 +1,12 @@
 """How good a model is on conditions that its fit did not see, and by how much the gap shrinks."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
-from acf_jax.diagnosis.forward import forward
+from acf_jax.diagnosis.forward import forward, reach_of
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.sample import peak_of
 
@@ -48,19 +49,24 @@ def hold_out(
     for condition in np.unique(o.condition):
         out = o.condition == condition
         left = o.subset(out)
+        seen = out if out.all() else ~out
         theta = fitted.theta
         if refit and not out.all():
-            kept = o.subset(~out)
-            theta = fit(kept, fitted.explanation, theta, fitted.own[~out], warm=True, iterations=12).theta
+            kept = fitted.own[seen]
+            theta = fit(o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12).theta
+        reach = reach_of(fitted.explanation, theta[:-1], o.v_e[seen], o.f_p[seen], fitted.grid)
         u = fitted.coordinates.coordinate(theta)
         own = np.zeros((out.sum(), N_OWN))
-        linear = linearise(left, fitted.explanation, fitted.coordinates, u, own, fitted.grid)
+        predict = partial(
+            linearise, left, fitted.explanation, fitted.coordinates, u, grid=fitted.grid, reach=reach
+        )
+        linear = predict(own)
         # when the recording was triggered is no model's business: each trial is shifted to where it fits best
         timing = linear.by_own[:, TIMING]
         shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
         own[:, TIMING] = np.clip(shift, -LATEST, LATEST)
-        linear = linearise(left, fitted.explanation, fitted.coordinates, u, own, fitted.grid)
-        forces = forward(fitted.explanation, theta[:-1], left.v_e, left.f_p, fitted.grid)
+        linear = predict(own)
+        forces = forward(fitted.explanation, theta[:-1], left.v_e, left.f_p, fitted.grid, reach)
         residual[out] = np.where(left.used, left.force - linear.predicted, 0.0)
         scatter = np.einsum("ian,a->in", linear.spread[:, :TIMING] ** 2, spread_of(scattered)[:TIMING])
         floor[out] = np.where(left.used, o.noise.std**2 + scatter, 0.0)

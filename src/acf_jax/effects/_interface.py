@@ -117,4 +117,5 @@ class AbstractEffect(eqx.Module):
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
         """The effect's parameters in the order of its fields, strengths first."""
-        return tuple(f.metadata["parameter"]._replace(name=f.name) for f in dataclasses.fields(cls))
+        known = [f for f in dataclasses.fields(cls) if "parameter" in f.metadata]
+        return tuple(f.metadata["parameter"]._replace(name=f.name) for f in known)

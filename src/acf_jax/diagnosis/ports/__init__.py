@@ -6,6 +6,8 @@ from acf_jax.diagnosis.ports.robot import UnknownRobot
 from acf_jax.diagnosis.ports.sensor import UnknownSensor
 from acf_jax.effects import AbstractEffect
 
+__all__ = ["UnknownActuator", "UnknownContact", "UnknownRobot", "UnknownSensor", "ports"]
+
 
 def ports() -> dict[str, type[AbstractEffect]]:
     """The port's discrepancy by its name, in the order actuator, contact, robot, sensor."""

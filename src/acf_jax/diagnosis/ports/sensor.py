@@ -1,10 +1,17 @@
+import equinox as eqx
 import jax.numpy as jnp
 
+from acf_jax.diagnosis.ports._continued import continued
 from acf_jax.effects import AbstractEffect, shape, strength
 from acf_jax.effects._interface import Scalar
 
 F_0 = 100.0  # N, an impact's typical force
 LAG = 5e-4  # s
+LAST = (
+    0.2,
+    0.01,
+)  # shares of the tried range whose slope goes on: a sensor at its limit shows it at the very end
+STEEPEST = 1.0  # N of reading in addition for each newton of force beyond the reach
 KINKS = (50.0, 90.0, 160.0, 280.0, 500.0, 900.0)  # N, where fits look for one
 NO_KINK = [0.0] * len(KINKS)
 
@@ -12,7 +19,8 @@ NO_KINK = [0.0] * len(KINKS)
 class UnknownSensor(AbstractEffect):
     """A reading as a free function of the force, its short past, its rate of change and the force at first contact.
 
-    The function of the force is a polynomial with a kink, as where a sensor or its amplifier leaves its range.
+    The function of the force is a polynomial with a kink, as where a sensor or its amplifier leaves its range. Above
+    the reach it goes on straight, and the reading neither falls nor grows more than twice as fast as the force.
     """
 
     component = "sensor"
@@ -33,13 +41,18 @@ class UnknownSensor(AbstractEffect):
     )
     level_n: Scalar = shape("N", 10.0, 5e3, (150.0, *KINKS), "that level")
 
+    reach: Scalar = eqx.field(converter=jnp.asarray, default=jnp.inf)  # N, largest force that was tried
+
     def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:
         decay = jnp.exp(-h / LAG)
         lagged = decay * memory[0] + (1 - decay) * (f[0] + f[1]) / 2
         impulse = memory[1] + h * (f[0] + f[1]) / 2
-        u = f[1] / F_0
-        static = self.gain * f[1] + self.square_n * u * jnp.abs(u) + self.cube_n * u**3 + self.offset_n
-        static = static + self.beyond * jnp.maximum(f[1] - self.level_n, 0.0)
+        static = continued(self._static, f[1], self.reach, LAST, STEEPEST)
         past = (self.lagging + self.rate_s / LAG) * (lagged - f[1]) + self.drift_n * impulse
         first = jnp.where(memory[2] == 0.0, f[1], memory[2])
         return jnp.stack([lagged, impulse, first]), f[1] + static + past + self.first * first
+
+    def _static(self, f: Scalar) -> Scalar:
+        u = f / F_0
+        polynomial = self.gain * f + self.square_n * u * jnp.abs(u) + self.cube_n * u**3 + self.offset_n
+        return polynomial + self.beyond * jnp.maximum(f - self.level_n, 0.0)
