@@ -12,9 +12,10 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from acf_jax.diagnosis.ports import UnknownContact, UnknownSensor
-from acf_jax.diagnosis.space import RIG, Explanation, classes
+from acf_jax.diagnosis.space import RIG, Explanation, classes, parameters
 from acf_jax.effects import AbstractEffect
 from acf_jax.effects._interface import Scalar
+from acf_jax.kept import kept
 from acf_jax.model import Impact, Rig
 from acf_jax.simulator.derivatives import simulate_with_derivatives
 from acf_jax.simulator.simulate import System, make_system
@@ -79,8 +80,10 @@ def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
     ) -> tuple[Float[Array, "trials samples"], Float[Array, "trials p+3 samples"]]:
         return simulate_with_derivatives(partial(system, pull=pull, reach=reach), z, h, SAMPLES, steps)
 
-    # compiling costs more than running: a level below the default compiles faster and runs as fast
-    return jax.jit(program, compiler_options={"xla_backend_optimization_level": 1})
+    number = jax.ShapeDtypeStruct((), float)
+    z = jax.ShapeDtypeStruct((BLOCK, len(parameters(explanation)) + 2), float)
+    steps = jax.ShapeDtypeStruct((), int)
+    return kept(program, f"forward {explanation}", (z, number, steps, number, number))
 
 
 def reach_of(
