@@ -17,7 +17,6 @@ from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.sample import at_times, peak_of, taps
 from acf_jax.diagnosis.score import HIGHEST, WEIGHTS, Evidence, Scored, credible_set, probabilities
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
-from acf_jax.diagnosis.validate import LEAST_WIDTH, _bootstrap
 from tests.corrected import gap_model
 
 RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
@@ -141,21 +140,6 @@ def test_a_prediction_that_diverges_ends_and_says_so() -> None:
     assert gone.diverges and not held.diverges
     assert gone.time[-1] < held.time[-1]
     assert np.isfinite([*gone.force, *gone.contact_force, gone.peak_force_std]).all()
-
-
-def test_an_interval_of_the_shrinkage_holds_what_the_floor_leaves_open() -> None:
-    rng = np.random.default_rng(0)
-    condition = np.repeat(np.arange(6), 4)
-    floor = np.full(24, 50.0)
-    left, gap = floor + rng.uniform(0, 4, 24), floor + rng.uniform(2000, 2100, 24)
-    few, many = (
-        _bootstrap(condition, np.column_stack([left, gap, floor]), np.full(24, n), 1.0, 0)
-        for n in (50.0, 5e5)
-    )
-    assert few and many and few.value == many.value
-    assert few.ci95[1] == 1.0  # with few samples all that is left may be noise
-    assert few.ci95[0] <= many.ci95[0] <= many.value - LEAST_WIDTH
-    assert many.value + LEAST_WIDTH <= many.ci95[1] < 1.0
 
 
 def test_a_free_curve_goes_on_straight_beyond_the_forces_that_were_tried() -> None:

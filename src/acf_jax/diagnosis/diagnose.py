@@ -24,18 +24,9 @@ from acf_jax.diagnosis.score import (
     probabilities,
 )
 from acf_jax.diagnosis.search import Progress, fit_all, outliers
+from acf_jax.diagnosis.shrinkage import FREE, LAW, Form, Shrinkage, force_shrinkage, peak_shrinkage
 from acf_jax.diagnosis.space import Explanation, parameters
-from acf_jax.diagnosis.validate import (
-    EXTRAPOLATION,
-    FREE_EXTRAPOLATION,
-    GapFigures,
-    HeldOut,
-    Shrinkage,
-    figures,
-    force_shrinkage,
-    hold_out,
-    peak_shrinkage,
-)
+from acf_jax.diagnosis.validate import GapFigures, HeldOut, figures, hold_out
 from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
@@ -114,17 +105,17 @@ def diagnose(
     held = {"nominal": try_on(nominal, refit=False), "recalibrated": try_on(recalibrated)}
     held["corrected"] = held["recalibrated"] if corrected is recalibrated else try_on(corrected)
 
-    shrinkage = force_shrinkage(
-        observations, held["recalibrated"], held["corrected"], _stretch(corrected), seed
-    )
+    def shrinks() -> Shrinkage | None:
+        both = held["recalibrated"], held["corrected"]
+        return force_shrinkage(observations, (recalibrated, corrected), both, _form(corrected), seed)
+
+    shrinkage = shrinks()
     if shrinkage and shrinkage.ci95[1] < HOPEFUL and _clear_gap(observations, held["recalibrated"]):
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
         if (again := _corrected(fits, probability, scored[0].explanation)) is not corrected:
             corrected, held["corrected"] = again, try_on(again)
-            shrinkage = force_shrinkage(
-                observations, held["recalibrated"], held["corrected"], _stretch(corrected), seed
-            )
+            shrinkage = shrinks()
 
     progress("asking what these trials can tell apart")
     detectability = tuple(separate.detectability(observations, recalibrated))
@@ -152,7 +143,7 @@ def diagnose(
         shrinkage_peak=None
         if no_gap
         else peak_shrinkage(
-            held["recalibrated"], held["corrected"], observations.condition, _stretch(corrected), seed
+            (held["recalibrated"], held["corrected"]), observations.condition, _form(corrected), seed
         ),
         fits=tuple(fits),
         probability=tuple(float(p) for p in probability),
@@ -175,9 +166,9 @@ def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation)
     return fits[max(matching, key=lambda i: probability[i])]
 
 
-def _stretch(corrected: Fit) -> float:
-    """By how much the interval of a shrinkage is wider than conditions left out one by one say."""
-    return FREE_EXTRAPOLATION if is_port(corrected.explanation) else EXTRAPOLATION
+def _form(corrected: Fit) -> Form:
+    """How far off the form of the corrected model may be."""
+    return FREE if is_port(corrected.explanation) else LAW
 
 
 def _unfitted(observations: Observations) -> Fit:

@@ -7,8 +7,8 @@ import numpy as np
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.score import UNKNOWN, evidence_of
+from acf_jax.diagnosis.shrinkage import Shrinkage
 from acf_jax.diagnosis.space import Explanation, parameters
-from acf_jax.diagnosis.validate import Shrinkage
 
 SCHEMA = "acf-gap-diagnosis/1"
 LISTED = 1e-4  # explanations below this probability are not listed one by one

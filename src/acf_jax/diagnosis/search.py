@@ -16,6 +16,7 @@ from acf_jax.diagnosis.space import Explanation
 
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
+LEFT_BEHIND = 30.0  # chi-square by which a port has to explain more than any single effect, for the same
 FAR = 1.5  # the same above which a fit leaves much
 PAIRS, TRIED, TRIPLES = 8, 6, 2  # that are fitted, TRIED where little is explained
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained
@@ -35,6 +36,11 @@ class Couple(NamedTuple):
     gain: float  # in chi-square
     objective: float  # after it
 
+    @property
+    def explanation(self) -> Explanation:
+        """Of both together."""
+        return tuple(sorted((*self.leader.explanation, self.name)))
+
 
 def fit_all(observations: Observations, effects: Sequence[str], progress: Progress) -> tuple[Fit, list[Fit]]:
     """The recalibrated model, every single effect and port, and the pairs that forward search finds."""
@@ -50,7 +56,8 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
         return 2 * min(f.objective for f in fits) / observations.n_used
 
     alone = _best_first(f for f in fits if not is_port(f.explanation))
-    if left(alone) > UNEXPLAINED:
+    better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a port than of any effect
+    if left(alone) > UNEXPLAINED or better > LEFT_BEHIND:
         more = _try_all(observations, alone, TRIED)
         if more and left(more) > FAR:
             more += _grow(observations, _best_first(more)[:LEADERS], effects, TRIPLES)
@@ -67,7 +74,7 @@ def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[
     wanted: dict[Explanation, Couple] = {}
     for couple in sorted(couples, key=lambda c: c.objective):
         if couple.gain > WORTH_ONE_MORE and len(wanted) < most:
-            wanted.setdefault(tuple(sorted((*couple.leader.explanation, couple.name))), couple)
+            wanted.setdefault(couple.explanation, couple)
     return candidates.in_parallel(
         [partial(candidates.fit_more, observations, c.leader, c.name, c.parameters) for c in wanted.values()]
     )
@@ -82,16 +89,24 @@ def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> lis
     of_first, *of_next = candidates.in_parallel(
         [partial(_couples, observations, leader, names) for leader in alone[:BEGINNINGS]]
     )
-    chosen = of_first + sorted(chain(*of_next), key=lambda c: c.objective)[:most]
-    glances = candidates.in_parallel(
-        [partial(candidates.fit_more, observations, c.leader, c.name, c.parameters, GLANCE) for c in chosen]
-    )
+    best = _glance(observations, of_first + sorted(chain(*of_next), key=lambda c: c.objective)[:most])
+    # an effect of the best pair may stand in for one much like it
+    members = [f for f in alone if best and f.explanation[0] in best[0].explanation]
+    known = {glance.explanation for glance in best}
+    swaps = [c for member in members for c in _couples(observations, member, names[:LEADERS])]
+    best = _best_first([*best, *_glance(observations, [c for c in swaps if c.explanation not in known])])
+    return candidates.in_parallel([partial(candidates.go_on, observations, glance) for glance in best[:most]])
+
+
+def _glance(observations: Observations, couples: Sequence[Couple]) -> list[Fit]:
+    """Fits of a few iterations, the best of each explanation, the best first."""
     best: dict[Explanation, Fit] = {}
-    for glance in _best_first(glances):
+    tasks = [
+        partial(candidates.fit_more, observations, c.leader, c.name, c.parameters, GLANCE) for c in couples
+    ]
+    for glance in _best_first(candidates.in_parallel(tasks)):
         best.setdefault(glance.explanation, glance)
-    return candidates.in_parallel(
-        [partial(candidates.go_on, observations, glance) for glance in list(best.values())[:most]]
-    )
+    return list(best.values())
 
 
 def _couples(observations: Observations, leader: Fit, effects: Sequence[str]) -> list[Couple]:

@@ -1,4 +1,4 @@
-"""How good a model is on conditions that its fit did not see, and by how much the gap shrinks."""
+"""How good a model is on conditions that its fit did not see."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -10,16 +10,11 @@ from acf_jax.diagnosis.forward import forward, reach_of
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.sample import peak_of
 
-RESAMPLES = 2000  # of the bootstrap over conditions
 TIMING, LATEST = (
     2,
     3.0,
 )  # the nuisance that is the trigger time, and its farthest, in prior standard deviations
 DRAWS = 64  # of noise, for the expected largest reading
-# Unseen conditions lie further out than those left out one by one: intervals are as much wider, more so where a free
-# form is continued instead of a law.
-EXTRAPOLATION, FREE_EXTRAPOLATION = 1.3, 4.0
-LEAST_WIDTH = 0.02  # of an interval of the shrinkage, to each side
 
 
 @dataclass(frozen=True)
@@ -106,72 +101,3 @@ def figures(observations: Observations, held: HeldOut) -> GapFigures:
     force = float(np.sqrt((held.residual[used] ** 2).mean())) if used.any() else None
     relative = 100 * (held.peak / held.measured_peak - 1)
     return GapFigures(force, float(np.sqrt((relative**2).mean())), float(np.abs(relative).max()))
-
-
-@dataclass(frozen=True)
-class Shrinkage:
-    """1 - corrected/recalibrated with a 95 % interval."""
-
-    value: float
-    ci95: tuple[float, float]
-
-
-def force_shrinkage(
-    observations: Observations, recalibrated: HeldOut, corrected: HeldOut, stretch: float, seed: int
-) -> Shrinkage | None:
-    """Shrinkage of the force error, what no model can predict removed in quadrature; bootstrap over conditions.
-
-    `stretch`: by how much the interval is wider than the bootstrap's.
-    """
-    used = observations.used & ~observations.peak_only[:, None]
-    if not used.any():
-        return None
-    weight = used.sum(1).astype(float)
-    sums = [
-        np.where(used, a, 0.0).sum(1)
-        for a in (corrected.residual**2, recalibrated.residual**2, corrected.floor)
-    ]
-    return _bootstrap(observations.condition, np.stack(sums, 1), weight, stretch, seed)
-
-
-def peak_shrinkage(
-    recalibrated: HeldOut, corrected: HeldOut, condition: np.ndarray, stretch: float, seed: int
-) -> Shrinkage | None:
-    """Shrinkage of the relative error of the peak; bootstrap over conditions."""
-    errors = [(held.peak / held.measured_peak - 1) ** 2 for held in (corrected, recalibrated)]
-    sums = np.stack([*errors, np.zeros(len(condition))], 1)
-    return _bootstrap(condition, sums, np.ones(len(condition)), stretch, seed)
-
-
-def _bootstrap(
-    condition: np.ndarray, sums: np.ndarray, weight: np.ndarray, stretch: float, seed: int
-) -> Shrinkage | None:
-    """`sums` (trials, 3): squared error corrected, recalibrated, and floor."""
-    groups = np.unique(condition)
-    by_group = np.stack([sums[condition == g].sum(0) for g in groups])
-    weights = np.array([weight[condition == g].sum() for g in groups])
-
-    def shrink(total: np.ndarray) -> np.ndarray:
-        left, gap = total[..., 0] - total[..., 2], total[..., 1] - total[..., 2]
-        ratio = np.sqrt(np.maximum(left, 0.0) / np.where(gap > 0, gap, np.nan))
-        return 1 - ratio
-
-    value = shrink(by_group.sum(0))
-    if not np.isfinite(value):
-        return None
-    rng = np.random.default_rng(seed)
-    draws = rng.integers(0, len(groups), (RESAMPLES, len(groups)))
-    values = shrink(by_group[draws].sum(1))
-    values = values[np.isfinite(values)]
-    if values.size < RESAMPLES / 2 or not weights.all():
-        return None
-    # the floor is known only as well as the samples let it be: what hides below it, or is part of it, belongs to
-    # the interval
-    total = by_group.sum(0)
-    unsure = np.array([0.0, 0.0, total[2] * np.sqrt(2 / max(weights.sum(), 1.0))])
-    hidden = np.sqrt(unsure[2] / max(total[1] - total[2], 1e-300))
-    low, high = np.quantile(values, [0.025, 0.975])
-    low = min(low, float(value) - LEAST_WIDTH, 1 - float(hidden))
-    high = max(high, float(value) + LEAST_WIDTH, float(np.nan_to_num(shrink(total + 2 * unsure), nan=1.0)))
-    low, high = (value + stretch * (end - value) for end in (low, high))
-    return Shrinkage(float(value), (float(low), float(min(high, 1.0))))

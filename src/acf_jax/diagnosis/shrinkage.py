@@ -1,0 +1,175 @@
+"""How far the gap shrinks on conditions that no fit saw, with an interval."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from acf_jax.diagnosis.fit import Fit
+from acf_jax.diagnosis.forward import forward
+from acf_jax.diagnosis.observe import TRIGGER, Observations
+from acf_jax.diagnosis.sample import phase_end
+from acf_jax.diagnosis.space import component_of
+from acf_jax.diagnosis.validate import HeldOut
+
+RESAMPLES = 2000  # of the bootstrap over conditions
+DRAWS = 200  # of the parameters
+ENDS = (0.025, 0.975)
+SIZES = np.linspace(-4.0, 8.0, 241)  # of an error of form, in standard deviations of its logarithm
+MORE, LESS = (
+    1.1,
+    3.0,
+)  # what is left on conditions that no trial had may be so much more, or less, than at those tried
+LEAST_WIDTH = 0.02  # of an interval of the peak's shrinkage, to each side
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """1 - corrected/recalibrated with a 95 % interval."""
+
+    value: float
+    ci95: tuple[float, float]
+
+
+class Form(NamedTuple):
+    """How far off the form of an explanation is by experience, as a share of the gap (docs/diagnosis.md)."""
+
+    usual: float  # median
+    spread: float  # standard deviation of its logarithm
+    beyond: float  # what may come in addition on conditions that no trial had, or fall away
+    stretch: float  # by how much the interval for the peak is wider than the bootstrap's
+
+
+LAW = Form(0.03, 1.2, 0.04, 1.3)
+FREE = Form(0.1, 1.2, 0.4, 4.0)  # a free curve at a port
+
+
+def force_shrinkage(
+    observations: Observations,
+    fits: tuple[Fit, Fit],
+    held: tuple[HeldOut, HeldOut],
+    form: Form,
+    seed: int,
+) -> Shrinkage | None:
+    """Shrinkage of the force error, what no model can predict removed in quadrature.
+
+    **Arguments:** `fits`, `held`: of the recalibrated and of the corrected model.
+
+    What the corrected model leaves is the effect of parameters that the trials do not determine, as their covariance
+    has it, and an error of its form, of which only experience says how large it may be. The conditions held out decide
+    between the sizes: the mean square error there is known as well as a bootstrap over conditions says.
+
+    **Returns:** median and interval of that posterior; None where the held-out conditions show no gap at all.
+    """
+    used = observations.used & ~observations.peak_only[:, None]
+    recalibrated, corrected = held
+    groups, sums = _by_condition(
+        observations.condition,
+        [
+            np.where(used, a, 0.0).sum(1)
+            for a in (corrected.residual**2 - corrected.floor, recalibrated.residual**2 - recalibrated.floor)
+        ]
+        + [np.where(used, corrected.floor, 0.0).sum(1), used.sum(1).astype(float)],
+    )
+    left, gap, floor, samples = sums.sum(0)
+    if not samples or gap <= 0:
+        return None
+    draws = _resample(len(groups), seed)
+    resampled = sums[draws].sum(1)
+    resampled = resampled[resampled[:, 3] > 0]
+    unsure = max(float((resampled[:, 0] / resampled[:, 3]).std()), floor / samples * np.sqrt(2 / samples))
+
+    error, late, gap_there = (part[:, None] for part in _possible_errors(observations, *fits, seed))
+    size = form.usual * np.exp(form.spread * SIZES)
+    squared = error + size**2 * gap_there
+    log_weight = -0.5 * SIZES**2 - 0.5 * ((left / samples - squared) / unsure) ** 2
+    weight = np.exp(log_weight - log_weight.max())
+    # each trial held out was shifted to where it fits best: it says nothing of a delay common to all
+    ratio = np.sqrt((squared + late) / gap_there)
+    low, median, high = _quantiles(ratio, weight, (ENDS[0], 0.5, ENDS[1]))
+    low, high = max(low / LESS, low - form.beyond), MORE * high + form.beyond
+    return Shrinkage(1 - median, (1 - high, 1 - low))
+
+
+def _possible_errors(
+    observations: Observations, recalibrated: Fit, corrected: Fit, seed: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(DRAWS,) mean squares over the tried conditions, N^2, were a draw of the parameters the truth, to first order.
+
+    Of the corrected model's error, of what comes to it by a delay that belongs to the sensor, and of the
+    recalibrated model's error.
+    """
+    o = observations
+    traced = np.flatnonzero((o.used & ~o.peak_only[:, None]).any(1))
+    _, first = np.unique(o.condition[traced], return_index=True)
+    first = traced[first]
+    theta, grid = corrected.theta[:-1], corrected.grid
+    with_effects = forward(corrected.explanation, theta, o.v_e[first], o.f_p[first], grid)
+    without = forward((), recalibrated.theta[:-1], o.v_e[first], o.f_p[first], grid)
+    variance, vectors = np.linalg.eigh(corrected.covariance[:-1, :-1])
+    root = vectors * np.sqrt(np.maximum(variance, 0.0))
+    random = np.random.default_rng(seed)
+    drawn = random.standard_normal((DRAWS, len(theta))) @ root.T
+    delay = random.random(DRAWS) * _lateness(o, corrected)
+    error, late, gap, samples = np.zeros(DRAWS), np.zeros(DRAWS), np.zeros(DRAWS), 0
+    for k, i in enumerate(first):
+        recorded = int(o.time[i, o.used[i]].max() / grid.h) + 2
+        end = min(phase_end(with_effects.sensed[k], with_effects.contact[k]), recorded)
+        off = drawn @ with_effects.tangents[k, : len(theta), :end]
+        difference = without.sensed[k, :end] - with_effects.sensed[k, :end]
+        error += (off**2).sum(1)
+        late += (delay**2) * (np.gradient(with_effects.sensed[k, :end], grid.h) ** 2).sum()
+        gap += ((difference - off) ** 2).sum(1)
+        samples += end
+    return error / samples, late / samples, np.maximum(gap / samples, 1e-12)
+
+
+def _lateness(observations: Observations, corrected: Fit) -> float:
+    """The delay, s, common to all trials, where a sensor could have caused it: it may belong to the sensor's form."""
+    if not any(component_of(name) == "sensor" for name in corrected.explanation):
+        return 0.0
+    own = (corrected.own[:, -1] * TRIGGER * observations.interval).mean()
+    return float(corrected.theta[-1] + own)
+
+
+def _quantiles(values: np.ndarray, weights: np.ndarray, shares: tuple[float, ...]) -> list[float]:
+    order = np.argsort(values, axis=None)
+    total = np.cumsum(weights.ravel()[order])
+    at = np.searchsorted(total, np.array(shares) * total[-1])
+    return [float(v) for v in values.ravel()[order][at]]
+
+
+def peak_shrinkage(
+    held: tuple[HeldOut, HeldOut], condition: np.ndarray, form: Form, seed: int
+) -> Shrinkage | None:
+    """Shrinkage of the relative error of the peak, from the recalibrated to the corrected model.
+
+    The interval is a bootstrap over conditions, widened.
+    """
+    squares = [(h.peak / h.measured_peak - 1) ** 2 for h in held]
+    groups, by_group = _by_condition(condition, squares)
+
+    def shrink(total: np.ndarray) -> np.ndarray:
+        gap = total[..., 0]
+        return 1 - np.sqrt(total[..., 1] / np.where(gap > 0, gap, np.nan))
+
+    value = float(shrink(by_group.sum(0)))
+    values = shrink(by_group[_resample(len(groups), seed)].sum(1))
+    values = values[np.isfinite(values)]
+    if not np.isfinite(value) or values.size < RESAMPLES / 2:
+        return None
+    low, high = np.quantile(values, ENDS)
+    low, high = min(low, value - LEAST_WIDTH), max(high, value + LEAST_WIDTH)
+    low, high = (value + form.stretch * (end - value) for end in (low, high))
+    return Shrinkage(value, (float(low), float(min(high, 1.0))))
+
+
+def _by_condition(condition: np.ndarray, per_trial: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """The conditions, and the sums (conditions, k) of k quantities over the trials of each."""
+    groups = np.unique(condition)
+    table = np.stack(per_trial, axis=1)
+    return groups, np.stack([table[condition == g].sum(0) for g in groups])
+
+
+def _resample(groups: int, seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, groups, (RESAMPLES, groups))
