@@ -1,0 +1,72 @@
+"""Which pairs are tried, with fits that are made up: what counts is only how well each explanation fits."""
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from acf_jax.diagnosis import candidates, search
+from acf_jax.diagnosis.ports import ports
+from acf_jax.diagnosis.search import Couple, fit_all
+from acf_jax.diagnosis.space import Explanation
+
+EFFECTS = ("coulomb_friction", "gravity", "pad_relaxation", "robot_compliance", "sensor_lag")
+SAMPLES = 1000
+
+
+def _fit(explanation: Explanation, chi_square: float) -> Any:
+    return SimpleNamespace(explanation=explanation, objective=chi_square / 2)
+
+
+@pytest.fixture
+def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Runs a search over made-up chi-squares, of pairs 1,000 where not given; returns what was fitted."""
+
+    def run(chi_squares: dict[Explanation, float], promises: dict[Explanation, float]) -> list[Explanation]:
+        def couples(_: Any, leader: Any, effects: Sequence[str]) -> list[Couple]:
+            pairs = [Couple(leader, e, np.zeros(1), 0.0, 0.0) for e in effects if e not in leader.explanation]
+            return [
+                c._replace(gain=g, objective=-g) for c in pairs for g in [promises.get(c.explanation, 0.0)]
+            ]
+
+        def more(_: Any, leader: Any, name: str, *rest: Any) -> Any:
+            explanation = tuple(sorted((*leader.explanation, name)))
+            return _fit(explanation, chi_squares.get(explanation, 1000.0))
+
+        monkeypatch.setattr(search, "_couples", couples)
+        monkeypatch.setattr(search.Ground, "of", lambda *_: None)
+        monkeypatch.setattr(candidates, "fit_nominal", lambda _: _fit((), 1200.0))
+        monkeypatch.setattr(
+            candidates, "fit_single", lambda _, name: _fit((name,), chi_squares.get((name,), 1100.0))
+        )
+        monkeypatch.setattr(candidates, "fit_more", more)
+        monkeypatch.setattr(candidates, "go_on", lambda _, glance: glance)
+        _, fits = fit_all(SimpleNamespace(n_used=SAMPLES), EFFECTS, lambda _: None)  # type: ignore[arg-type]
+        return [f.explanation for f in fits]
+
+    return run
+
+
+TRUE = ("gravity", "pad_relaxation")
+SINGLES = {("coulomb_friction",): 1010.0, ("gravity",): 1012.0, ("pad_relaxation",): 1080.0}
+PROMISES = {("coulomb_friction", "sensor_lag"): 20.0}
+
+
+def test_few_pairs_are_tried_where_effects_explain_as_much_as_the_ports(fitted: Any) -> None:
+    found = fitted({**SINGLES, ("unknown_robot",): 1000.0, TRUE: 900.0}, PROMISES)
+    assert [e for e in found if len(e) == 2] == [("coulomb_friction", "sensor_lag")]
+
+
+def test_what_a_port_explains_beyond_every_effect_is_searched_for_among_pairs(fitted: Any) -> None:
+    """The best effect stands in for one much like it: the true pair is found by a swap."""
+    stands_in = ("coulomb_friction", "pad_relaxation")
+    found = fitted({**SINGLES, ("unknown_robot",): 910.0, stands_in: 905.0, TRUE: 900.0}, PROMISES)
+    assert TRUE in found and stands_in in found
+    assert len([e for e in found if len(e) == 2]) == search.TRIED
+
+
+def test_pairs_are_tried_widely_where_no_effect_explains_the_data(fitted: Any) -> None:
+    found = fitted({(name,): 1300.0 for name in (*EFFECTS, *ports())}, {})
+    assert len([e for e in found if len(e) == 2]) == search.TRIED
