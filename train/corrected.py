@@ -51,7 +51,8 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     path = config.labels.model
     gap = read_model(path / "model.json" if path.is_dir() else path)
     model = of_diagnosis(gap)
-    law = Simulated(gap.corrected.effects, gap.step_s)
+    law = model.main.peak
+    assert isinstance(law, Simulated)
     domain = make_domain(config, model, law)
 
     start = clock()

@@ -13,7 +13,7 @@ from jax import export
 import acf_jax
 from acf_jax.files import write_bytes
 
-COMPILER = {"xla_backend_optimization_level": 1}  # compiling costs more than running; this level runs as fast
+COMPILER = {"xla_backend_optimization_level": 1}  # compiling costs more than running; this runs as fast
 MADE_WITH = ("jax", "jaxlib", "equinox", "numpy")
 HASH = sha256().digest_size
 

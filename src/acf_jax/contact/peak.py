@@ -6,6 +6,7 @@ from typing import ClassVar, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import Body, reduced_mass, series_stiffness
@@ -83,6 +84,7 @@ class Simulated(AbstractPeak):
 
     effects: tuple[str, ...] = eqx.field(static=True)
     longest_step: float = eqx.field(static=True)  # s
+    reach: float = eqx.field(static=True, default=np.inf)  # N, see `unpack`
     block = 64
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
@@ -91,7 +93,7 @@ class Simulated(AbstractPeak):
 
     def largest(self, z: Float[Array, " p"], body: Body, which: Force = "contact") -> LargestForce:
         """The largest force of one sample and its time; `which` may ask for the sensor's reading instead."""
-        rig, effects = unpack(self.effects, z[:-2])
+        rig, effects = unpack(self.effects, z[:-2], self.reach)
         if self.credits_stiffness():
             rig = Rig(rig.m, rig.d, rig.k_f, series_stiffness(rig.k_c, body))
         stiffest = jnp.sqrt((rig.k_f + rig.k_c) * (1 / rig.m + body.mobility))

@@ -11,7 +11,7 @@ from acf_jax.contact.tried import Range, Tried
 from acf_jax.dataset import Measurement
 from acf_jax.diagnosis.model_file import GapModel
 from acf_jax.diagnosis.model_file import Variant as Saved
-from acf_jax.diagnosis.predict import Which
+from acf_jax.diagnosis.predict import Which, tried_reach
 from acf_jax.diagnosis.space import LEAST_SHARE, parameters
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
@@ -102,7 +102,7 @@ def _variant(model: GapModel, saved: Saved) -> Variant:
     theta = np.array(saved.theta)
     own = [p.low for _, p in parameters(saved.effects)[len(RIG) :]]
     return Variant(
-        Simulated(saved.effects, model.step_s),
+        Simulated(saved.effects, model.step_s, tried_reach(model, saved)),
         theta,
         np.array(saved.covariance),
         np.r_[LEAST_SHARE * theta[: len(RIG)], own],

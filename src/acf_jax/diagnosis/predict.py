@@ -10,6 +10,7 @@ from acf_jax.diagnosis.fit import STEP_PER_RADIAN
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, reach_of
 from acf_jax.diagnosis.model_file import GapModel, Variant
 from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
+from acf_jax.diagnosis.space import RIG
 
 LONGEST = 0.060  # s, of a predicted trace whose contact is not lost
 DIVERGED = 1e6  # N
@@ -60,6 +61,19 @@ def predict(
     return [_one(model, which, runs, weights, i, rate) for i in range(len(v_e))]
 
 
+def tried_reach(model: GapModel, v: Variant) -> float:
+    """The contact force, N, up to which the trials tried a variant's free curve; infinite where it has none."""
+    tried = np.array(model.corners or tuple(product(model.v_range, model.f_p_range)))
+    return reach_of(v.effects, np.array(v.theta), tried[:, 0], tried[:, 1], _grid(model, v))
+
+
+def _grid(model: GapModel, v: Variant) -> Grid:
+    m, _, k_f, k_c = v.theta[: len(RIG)]
+    omega = np.sqrt((k_f + k_c) / m)
+    h = max(min(model.step_s, STEP_PER_RADIAN / omega), LONGEST / (SAMPLES - 4))
+    return Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1))
+
+
 class _Run(NamedTuple):
     """All impacts by one explanation."""
 
@@ -70,13 +84,8 @@ class _Run(NamedTuple):
 
 
 def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
-    theta = np.array(v.theta)
-    omega = np.sqrt((theta[2] + theta[3]) / theta[0])
-    h = max(min(model.step_s, STEP_PER_RADIAN / omega), LONGEST / (SAMPLES - 4))
-    grid = Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1))
-    tried = np.array(model.corners or tuple(product(model.v_range, model.f_p_range)))
-    reach = reach_of(v.effects, theta, tried[:, 0], tried[:, 1], grid)
-    forces = forward(v.effects, theta, v_e, f_p, grid, reach)
+    theta, grid = np.array(v.theta), _grid(model, v)
+    forces = forward(v.effects, theta, v_e, f_p, grid, tried_reach(model, v))
     # a free form that is continued far beyond the trials may diverge: from there on there is no force
     with np.errstate(invalid="ignore"):
         sound = (np.abs(forces.sensed) < DIVERGED) & (np.abs(forces.contact) < DIVERGED)

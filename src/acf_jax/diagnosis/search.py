@@ -16,8 +16,8 @@ from acf_jax.diagnosis.space import Explanation
 
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
-LEFT_BEHIND = 30.0  # chi-square by which a port has to explain more than any single effect, for the same
 FAR = 1.5  # the same above which a fit leaves much
+LEFT_BEHIND = 30.0  # chi-square that a port explains beyond every single effect where these leave something
 PAIRS, TRIED, TRIPLES = 8, 6, 2  # that are fitted, TRIED where little is explained
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained
 GLANCE = 6  # iterations after which pairs are compared where little is explained

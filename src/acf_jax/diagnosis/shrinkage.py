@@ -16,10 +16,7 @@ RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
 ENDS = (0.025, 0.975)
 SIZES = np.linspace(-4.0, 8.0, 241)  # of an error of form, in standard deviations of its logarithm
-MORE, LESS = (
-    1.1,
-    3.0,
-)  # what is left on conditions that no trial had may be so much more, or less, than at those tried
+MORE, LESS = 1.1, 3.0  # what is left on conditions that no trial had may be so much more, or less
 LEAST_WIDTH = 0.02  # of an interval of the peak's shrinkage, to each side
 
 

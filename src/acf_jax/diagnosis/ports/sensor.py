@@ -7,10 +7,7 @@ from acf_jax.effects._interface import Scalar
 
 F_0 = 100.0  # N, an impact's typical force
 LAG = 5e-4  # s
-LAST = (
-    0.2,
-    0.01,
-)  # shares of the tried range whose slope goes on: a sensor at its limit shows it at the very end
+LAST = (0.2, 0.01)  # shares of the tried range whose slope goes on: a sensor shows its limit at the very end
 STEEPEST = 1.0  # N of reading in addition for each newton of force beyond the reach
 KINKS = (50.0, 90.0, 160.0, 280.0, 500.0, 900.0)  # N, where fits look for one
 NO_KINK = [0.0] * len(KINKS)
