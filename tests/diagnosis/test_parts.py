@@ -1,5 +1,8 @@
 """The parts of a diagnosis against what they should be, each without a data set."""
 
+from types import SimpleNamespace
+from typing import cast
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -8,6 +11,7 @@ from scipy.stats import norm
 
 from acf_jax.dataset import Noise, Prior, RigPrior
 from acf_jax.diagnosis.experiment import error_probability
+from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.forward import Grid, forward, reach_of
 from acf_jax.diagnosis.observe import whiten
 from acf_jax.diagnosis.ports import ports
@@ -15,7 +19,16 @@ from acf_jax.diagnosis.ports._continued import continued
 from acf_jax.diagnosis.ports.sensor import UnknownSensor
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.sample import at_times, peak_of, taps
-from acf_jax.diagnosis.score import HIGHEST, WEIGHTS, Evidence, Scored, credible_set, probabilities
+from acf_jax.diagnosis.score import (
+    HIGHEST,
+    WEIGHTS,
+    Evidence,
+    Scored,
+    credible_set,
+    doubt,
+    explanations,
+    probabilities,
+)
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
 from tests.corrected import gap_model
 
@@ -166,3 +179,13 @@ def test_the_reach_of_a_free_curve_changes_nothing_below_it(port: str) -> None:
     assert held[0] == pytest.approx(free[0], rel=1e-12)
     assert abs(held[1] - free[1]).max() > 1.0
     assert reach_of(("gravity",), np.append(theta[:4], 5.0), v_e, f_p, grid) == np.inf
+
+
+def test_no_explanation_is_certain_nor_are_the_ports_together() -> None:
+    fits = [cast(Fit, SimpleNamespace(explanation=e)) for e in [(), *((name,) for name in ports())]]
+    scored = explanations(fits, np.array([0.0004, 0.9, 0.0496, 0.03, 0.02]))
+    assert [s.explanation for s in scored] == [("unknown",), ()]
+    assert scored[0].probability == pytest.approx(HIGHEST)
+    assert sum(s.probability for s in scored) == pytest.approx(1.0)
+    doubted = doubt([Scored(("gravity",), 0.99), Scored((), 0.01)], 0.0)
+    assert doubted[0].explanation == ("unknown",) and doubted[0].probability < 0.995

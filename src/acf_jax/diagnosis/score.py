@@ -116,9 +116,7 @@ def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights =
         fitting = (score[:-1] + _strained(evidence, weights))[at_ports]
         share = np.exp(fitting - fitting.max())
         named[at_ports] += p[-1] * share / share.sum()
-    named /= named.sum()
-    excess = max(0.0, (named.max() - HIGHEST) / (named.max() - 1 / len(named)))
-    return np.asarray((1 - excess) * named + excess / len(named))
+    return _capped(named / named.sum())
 
 
 def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:
@@ -127,8 +125,21 @@ def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:
     for fitted, p in zip(fits, probability, strict=True):
         name = UNKNOWN if is_port(fitted.explanation) else fitted.explanation
         total[name] = total.get(name, 0.0) + float(p)
-    ranked = sorted(total.items(), key=lambda item: (-item[1], item[0]))
-    return [Scored(name, p) for name, p in ranked]
+    return _ranked(total)
+
+
+def _ranked(total: dict[Explanation, float]) -> list[Scored]:
+    """Most probable first, none above `HIGHEST`."""
+    names, p = list(total), np.array(list(total.values()))
+    return sorted(map(Scored, names, _capped(p).tolist()), key=lambda s: (-s.probability, s.explanation))
+
+
+def _capped(p: np.ndarray) -> np.ndarray:
+    """Probabilities of which none is above `HIGHEST`: what is too much is shared out evenly."""
+    if p.max() <= HIGHEST or len(p) == 1:
+        return p
+    excess = (p.max() - HIGHEST) / (p.max() - 1 / len(p))
+    return np.asarray((1 - excess) * p + excess / len(p))
 
 
 def credible_set(scored: Sequence[Scored]) -> list[Explanation]:
@@ -155,7 +166,7 @@ def doubt(scored: Sequence[Scored], shrinkage: float) -> list[Scored]:
     total = {s.explanation: s.probability for s in scored}
     total[first.explanation] *= kept
     total[UNKNOWN] = total.get(UNKNOWN, 0.0) + first.probability - total[first.explanation]
-    return [Scored(e, p) for e, p in sorted(total.items(), key=lambda item: (-item[1], item[0]))]
+    return _ranked(total)
 
 
 def components(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[Scored]) -> dict[str, float]:

@@ -30,6 +30,7 @@ LIKELIHOOD = (
     (0.01, "very unlikely"),
     (0.00, "exceptionally unlikely"),
 )
+LIKELY = 0.66  # as above: what is less so is said to be open
 
 
 def likelihood(probability: float) -> str:
@@ -99,7 +100,6 @@ def verdict(diagnosis: Diagnosis) -> str:
     d = diagnosis
     first = d.scored[0]
     shown = percent(first.probability)
-    here = f"at the {max(d.component, key=lambda c: d.component[c])}"
     match d.verdict:
         case "no_gap":
             return "No gap: parameter error and noise explain all that these trials show."
@@ -112,9 +112,18 @@ def verdict(diagnosis: Diagnosis) -> str:
             return f"Ambiguous: these trials leave {len(d.credible)} explanations standing: {names}."
         case "unknown":
             gap = f"no effect of the library explains the gap ({shown})"
-            return f"Unknown: {gap}; it acts {here}."
+            return f"Unknown: {gap}; {_acting(d.component)}."
         case _:
             return "Insufficient data: these trials could not have told what causes the gap."
+
+
+def _acting(component: dict[str, float]) -> str:
+    """Where an unknown cause acts, as far as that is known."""
+    first, second = sorted(component, key=lambda c: -component[c])[:2]
+    if component[first] > LIKELY:
+        return f"it acts at the {first}"
+    shown = [f"the {name} ({percent(component[name])})" for name in (first, second)]
+    return f"where it acts is open, {listed(shown, 'or')} before others"
 
 
 def _at(explanation: Explanation) -> str:
