@@ -1,5 +1,6 @@
 """Programs that JAX has traced once, kept beside its cache of compiled code: tracing takes longer than running."""
 
+import contextlib
 import functools
 from collections.abc import Callable
 from hashlib import sha256
@@ -36,10 +37,8 @@ def kept(
     content = _read(path)
     if content is None:
         content = bytes(export.export(traced)(*arguments).serialize())
-        try:
+        with contextlib.suppress(OSError):
             write_bytes(path, sha256(content).digest() + content)
-        except OSError:
-            return traced
     return jax.jit(export.deserialize(bytearray(content)).call, compiler_options=COMPILER)
 
 

@@ -33,8 +33,7 @@ def _force(
         for square in (gap, left)
     ]
     trials: Any = SimpleNamespace(
-        used=np.ones(shape, bool),
-        peak_only=np.zeros(shape[0], bool),
+        traced=np.ones(shape, bool),
         condition=np.repeat(np.arange(CONDITIONS), REPEATS),
     )
     possible = [np.full(shrinkage.DRAWS, value) for value in (4.0, late, GAP)]

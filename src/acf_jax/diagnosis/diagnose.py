@@ -105,17 +105,17 @@ def diagnose(
     held = {"nominal": try_on(nominal, refit=False), "recalibrated": try_on(recalibrated)}
     held["corrected"] = held["recalibrated"] if corrected is recalibrated else try_on(corrected)
 
-    def shrinks() -> Shrinkage | None:
-        both = held["recalibrated"], held["corrected"]
-        return force_shrinkage(observations, (recalibrated, corrected), both, _form(corrected), seed)
+    def shrinks(by: Fit, tried: HeldOut) -> Shrinkage | None:
+        both = held["recalibrated"], tried
+        return force_shrinkage(observations, (recalibrated, by), both, _form(by), seed)
 
-    shrinkage = shrinks()
+    shrinkage = shrinks(corrected, held["corrected"])
     if shrinkage and shrinkage.ci95[1] < HOPEFUL and _clear_gap(observations, held["recalibrated"]):
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
         if (again := _corrected(fits, probability, scored[0].explanation)) is not corrected:
             corrected, held["corrected"] = again, try_on(again)
-            shrinkage = shrinks()
+            shrinkage = shrinks(corrected, held["corrected"])
 
     progress("asking what these trials can tell apart")
     detectability = tuple(separate.detectability(observations, recalibrated))
@@ -186,7 +186,7 @@ def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:
 
 def _clear_gap(observations: Observations, held: HeldOut) -> bool:
     """Whether the recalibrated model misses by more than what no model could predict."""
-    used = observations.used & ~observations.peak_only[:, None]
+    used = observations.traced
     return bool((held.residual[used] ** 2).mean() > 2 * held.floor[used].mean())
 
 
@@ -201,7 +201,7 @@ def _measured_peaks(dataset: GapDataset, quality: Quality, observations: Observa
 
 
 def _floor(observations: Observations, held: HeldOut) -> float | None:
-    used = observations.used & ~observations.peak_only[:, None]
+    used = observations.traced
     return float(np.sqrt(held.floor[used].mean())) if used.any() else None
 
 

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from acf_jax.diagnosis.ports import UnknownContact, UnknownSensor
+from acf_jax.diagnosis.ports import CONTINUED
 from acf_jax.diagnosis.space import RIG, Explanation, classes, parameters
 from acf_jax.effects import AbstractEffect
 from acf_jax.effects._interface import Scalar
@@ -62,7 +62,7 @@ def unpack(
     for cls in classes(explanation):
         n = len(cls.parameters())
         effect = cls(*theta[k : k + n])
-        if isinstance(effect, (UnknownContact, UnknownSensor)):
+        if isinstance(effect, CONTINUED):
             effect = dataclasses.replace(effect, reach=jnp.asarray(reach))
         effects.append(effect)
         k += n
@@ -90,7 +90,7 @@ def reach_of(
     explanation: Explanation, theta: np.ndarray, v_e: np.ndarray, f_p: np.ndarray, grid: Grid
 ) -> float:
     """The contact force, N, up to which impacts try a free curve of it; infinite without one."""
-    if not {UnknownContact, UnknownSensor} & set(classes(explanation)):
+    if not any(issubclass(cls, CONTINUED) for cls in classes(explanation)):
         return np.inf
     return float(forward(explanation, theta, v_e, f_p, grid).contact.max())
 

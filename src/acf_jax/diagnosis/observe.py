@@ -45,6 +45,11 @@ class Observations:
         """Number of compared samples."""
         return int(self.used.sum())
 
+    @property
+    def traced(self) -> np.ndarray:
+        """(trials, n) the compared samples that are of a trace."""
+        return self.used & ~self.peak_only[:, None]
+
     def subset(self, keep: np.ndarray) -> "Observations":
         """The trials for which `keep` is true."""
         index = np.flatnonzero(keep)

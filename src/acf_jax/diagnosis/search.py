@@ -86,15 +86,18 @@ def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> lis
     Far from the data a promise to first order says little, and from which of two effects a fit begins may decide it.
     """
     names = [f.explanation[0] for f in alone]
-    of_first, *of_next = candidates.in_parallel(
+    of_first, *of_next = couples = candidates.in_parallel(
         [partial(_couples, observations, leader, names) for leader in alone[:BEGINNINGS]]
     )
     best = _glance(observations, of_first + sorted(chain(*of_next), key=lambda c: c.objective)[:most])
     # an effect of the best pair may stand in for one much like it
-    members = [f for f in alone if best and f.explanation[0] in best[0].explanation]
+    members = [k for k, name in enumerate(names) if best and name in best[0].explanation]
+    of_members = [
+        couples[k] if k < len(couples) else _couples(observations, alone[k], names[:LEADERS]) for k in members
+    ]
     known = {glance.explanation for glance in best}
-    swaps = [c for member in members for c in _couples(observations, member, names[:LEADERS])]
-    best = _best_first([*best, *_glance(observations, [c for c in swaps if c.explanation not in known])])
+    swaps = [c for c in chain(*of_members) if c.name in names[:LEADERS] and c.explanation not in known]
+    best = _best_first([*best, *_glance(observations, swaps)])
     return candidates.in_parallel([partial(candidates.go_on, observations, glance) for glance in best[:most]])
 
 

@@ -10,7 +10,7 @@ from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import TRIGGER, Observations
 from acf_jax.diagnosis.sample import phase_end
 from acf_jax.diagnosis.space import component_of
-from acf_jax.diagnosis.validate import HeldOut
+from acf_jax.diagnosis.validate import TIMING, HeldOut
 
 RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
@@ -58,15 +58,11 @@ def force_shrinkage(
 
     **Returns:** median and interval of that posterior; None where the held-out conditions show no gap at all.
     """
-    used = observations.used & ~observations.peak_only[:, None]
+    used = observations.traced
     recalibrated, corrected = held
+    wanted = (corrected.excess, recalibrated.excess, corrected.floor, used.astype(float))
     groups, sums = _by_condition(
-        observations.condition,
-        [
-            np.where(used, a, 0.0).sum(1)
-            for a in (corrected.residual**2 - corrected.floor, recalibrated.residual**2 - recalibrated.floor)
-        ]
-        + [np.where(used, corrected.floor, 0.0).sum(1), used.sum(1).astype(float)],
+        observations.condition, [np.where(used, values, 0.0).sum(1) for values in wanted]
     )
     left, gap, floor, samples = sums.sum(0)
     if not samples or gap <= 0:
@@ -97,7 +93,7 @@ def _possible_errors(
     recalibrated model's error.
     """
     o = observations
-    traced = np.flatnonzero((o.used & ~o.peak_only[:, None]).any(1))
+    traced = np.flatnonzero(o.traced.any(1))
     _, first = np.unique(o.condition[traced], return_index=True)
     first = traced[first]
     theta, grid = corrected.theta[:-1], corrected.grid
@@ -125,7 +121,7 @@ def _lateness(observations: Observations, corrected: Fit) -> float:
     """The delay, s, common to all trials, where a sensor could have caused it: it may belong to the sensor's form."""
     if not any(component_of(name) == "sensor" for name in corrected.explanation):
         return 0.0
-    own = (corrected.own[:, -1] * TRIGGER * observations.interval).mean()
+    own = (corrected.own[:, TIMING] * TRIGGER * observations.interval).mean()
     return float(corrected.theta[-1] + own)
 
 

@@ -26,6 +26,11 @@ class HeldOut:
     peak: np.ndarray  # (trials,) N, largest reading as predicted, what noise adds to it included
     measured_peak: np.ndarray  # (trials,) N
 
+    @property
+    def excess(self) -> np.ndarray:
+        """(trials, n) N^2, squared error beyond what no model can predict."""
+        return self.residual**2 - self.floor
+
 
 def hold_out(
     observations: Observations,
@@ -96,8 +101,7 @@ class GapFigures:
 
 def figures(observations: Observations, held: HeldOut) -> GapFigures:
     """Root mean square error of force over all compared samples, and error of the peak."""
-    traced = ~observations.peak_only
-    used = observations.used & traced[:, None]
+    used = observations.traced
     force = float(np.sqrt((held.residual[used] ** 2).mean())) if used.any() else None
     relative = 100 * (held.peak / held.measured_peak - 1)
     return GapFigures(force, float(np.sqrt((relative**2).mean())), float(np.abs(relative).max()))

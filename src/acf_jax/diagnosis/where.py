@@ -44,7 +44,7 @@ def gap_map(observations: Observations, recalibrated: Fit, held: HeldOut) -> Gap
     t_max = np.array(
         [peak_of(forces.sensed[i], recalibrated.grid.h, forces.contact[i])[1] for i in range(len(o.names))]
     )
-    excess = np.where(o.used & ~o.peak_only[:, None], held.residual**2 - held.floor, 0.0)
+    excess = np.where(o.traced, held.excess, 0.0)
     relative = o.time / np.maximum(t_max, 1e-9)[:, None]
     by_phase = {
         name: np.where((relative >= low) & (relative < high), excess, 0.0).sum(1)

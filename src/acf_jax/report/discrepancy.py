@@ -9,6 +9,7 @@ import numpy as np
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.forward import forward, unpack
+from acf_jax.diagnosis.sample import first_loss
 from acf_jax.diagnosis.score import UNKNOWN, is_port
 from acf_jax.diagnosis.space import component_of
 from acf_jax.effects import Motion
@@ -136,8 +137,7 @@ def along(fitted: Fit, v_e: np.ndarray, f_p: np.ndarray, ends: np.ndarray) -> li
     seen = np.asarray(jax.jit(jax.vmap(one))(v_e, f_p, forces.contact))
     courses = []
     for i, end in enumerate(ends):
-        lost = np.flatnonzero(forces.contact[i, 1:] <= 0)
-        stop = min(int(end / grid.h) + 1, int(lost[0]) + 1 if lost.size else grid.steps, grid.steps)
+        stop = min(int(end / grid.h) + 1, int(first_loss(forces.contact[i])), grid.steps)
         k = np.unique(np.linspace(0, stop - 1, min(POINTS, stop)).astype(int))
         x, x_dot, s, s_dot, added = seen[i, k].T
         if component == "sensor":

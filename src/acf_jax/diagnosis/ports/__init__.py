@@ -6,7 +6,7 @@ from acf_jax.diagnosis.ports.robot import UnknownRobot
 from acf_jax.diagnosis.ports.sensor import UnknownSensor
 from acf_jax.effects import AbstractEffect
 
-__all__ = ["UnknownActuator", "UnknownContact", "UnknownRobot", "UnknownSensor", "ports"]
+CONTINUED = (UnknownContact, UnknownSensor)  # their curves go on straight beyond a reach
 
 
 def ports() -> dict[str, type[AbstractEffect]]:
