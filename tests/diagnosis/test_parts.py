@@ -13,6 +13,7 @@ from acf_jax.dataset import Noise, Prior, RigPrior
 from acf_jax.diagnosis.experiment import error_probability
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.forward import Grid, forward, reach_of
+from acf_jax.diagnosis.model_file import variant
 from acf_jax.diagnosis.observe import whiten
 from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.ports._continued import continued
@@ -153,6 +154,29 @@ def test_a_prediction_that_diverges_ends_and_says_so() -> None:
     assert gone.diverges and not held.diverges
     assert gone.time[-1] < held.time[-1]
     assert np.isfinite([*gone.force, *gone.contact_force, gone.peak_force_std]).all()
+
+
+@pytest.mark.parametrize("delay", [1.5e-4, -1.5e-4])
+def test_a_delay_of_the_reading_leaves_the_contact_force(delay: float) -> None:
+    punctual = gap_model(("sensor_lag",), (5e-4, 0.8))
+    late = punctual.model_copy(update={"corrected": punctual.corrected.model_copy(update={"delay_s": delay})})
+    one, other = (
+        predict(m, np.array([0.2]), np.array([60.0]), sample_rate=2e5)[0] for m in (punctual, late)
+    )
+    inner = (one.time > 2e-4) & (one.time < one.time[-1] - 2e-4)
+    expected = np.interp(one.time[inner] - delay, one.time, one.force)
+    assert other.force[inner] == pytest.approx(expected, abs=0.01)
+    assert other.contact_force == pytest.approx(one.contact_force)
+    assert other.peak_time == pytest.approx(one.peak_time + delay, abs=5e-6)
+
+
+@pytest.mark.parametrize(("effect", "delay"), [("sensor_lag", 2e-5), ("sensor_scale", 0.0), ("gravity", 0.0)])
+def test_a_delay_of_all_triggers_belongs_to_a_lagging_sensor_alone(effect: str, delay: float) -> None:
+    theta = np.array([2.0, 60.0, 800.0, 3e5, *(p.scale for p in every_effect()[effect].parameters()), 2e-5])
+    fitted = SimpleNamespace(explanation=(effect,), theta=theta, covariance=np.eye(len(theta)))
+    written = variant(cast(Fit, fitted), 0.5)
+    assert written.delay_s == delay
+    assert written.theta == tuple(theta[:-1])
 
 
 def test_a_free_curve_goes_on_straight_beyond_the_forces_that_were_tried() -> None:

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.score import UNKNOWN, is_port
-from acf_jax.diagnosis.space import every_effect, parameters
+from acf_jax.diagnosis.space import delays, every_effect, parameters
 from acf_jax.errors import InputError
 from acf_jax.files import read_json_mapping
 
@@ -24,6 +24,7 @@ RIG_BOUNDS = (
 )  # far beyond what a data set may state, SI units
 ROUNDING = 1e-6
 Verdict = Literal["no_gap", "identified", "ambiguous", "unknown", "insufficient_data"]
+LATEST_S = 0.01  # of a reading
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -49,6 +50,7 @@ class Variant(BaseModel):
     names: tuple[str, ...]
     theta: tuple[Finite, ...]
     covariance: tuple[tuple[Finite, ...], ...]
+    delay_s: float = Field(default=0.0, ge=-LATEST_S, le=LATEST_S)  # by which the sensor reads later
 
 
 class GapModel(BaseModel):
@@ -75,7 +77,7 @@ class GapModel(BaseModel):
 
 def variant(fitted: Fit, probability: float) -> Variant:
     """A fit as it is written."""
-    count = len(fitted.theta) - 1  # the delay of the triggers belongs to the recording, not to the rig
+    count, late = len(fitted.theta) - 1, float(np.clip(fitted.theta[-1], -LATEST_S, LATEST_S))
     covariance = fitted.covariance[:count, :count]
     return Variant(
         effects=fitted.explanation,
@@ -83,6 +85,8 @@ def variant(fitted: Fit, probability: float) -> Variant:
         names=tuple(name for name, _ in parameters(fitted.explanation)),
         theta=tuple(fitted.theta[:count].tolist()),
         covariance=tuple(tuple(row) for row in covariance.tolist()),
+        # the delay of the triggers belongs to the recording, but for a sensor that is late anyway
+        delay_s=late if delays(fitted.explanation) else 0.0,
     )
 
 

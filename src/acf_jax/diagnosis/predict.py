@@ -80,6 +80,7 @@ class _Run(NamedTuple):
     forces: Forces
     grid: Grid
     covariance: np.ndarray
+    delay: float  # s, of the reading
     diverges: np.ndarray  # (trials,) bool
 
 
@@ -91,7 +92,7 @@ def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
         sound = (np.abs(forces.sensed) < DIVERGED) & (np.abs(forces.contact) < DIVERGED)
     sound = np.logical_and.accumulate(sound, axis=1)
     forces = Forces(np.where(sound, forces.contact, 0.0), np.where(sound[:, None], forces.rows, 0.0))
-    return _Run(forces, grid, np.array(v.covariance), ~sound[:, -1])
+    return _Run(forces, grid, np.array(v.covariance), v.delay_s, ~sound[:, -1])
 
 
 def _one(
@@ -102,12 +103,15 @@ def _one(
     i: int,
     rate: float,
 ) -> Prediction:
-    forces, grid, covariance, diverges = runs[0]
+    forces, grid, covariance, delay, diverges = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
-    both = np.stack([forces.sensed[i], forces.contact[i]])
-    force, contact = np.maximum(at_times(both, time, grid.h, forces.contact[i]), 0.0)
-    force[0], contact[0] = forces.sensed[i, 0], forces.contact[i, 0]
+    read = np.clip(time - delay, 0.0, None)  # when the sensor saw what it reads
+    force, contact = (
+        np.maximum(at_times(values, at, grid.h, forces.contact[i]), 0.0)
+        for values, at in ((forces.sensed[i], read), (forces.contact[i], time))
+    )
+    force[read == 0], contact[0] = forces.sensed[i, 0], forces.contact[i, 0]
     top = int(np.argmax(force))
     peaks = [
         (peak_of(f.sensed[i], g.h, f.contact[i])[0], peak_of(f.contact[i], g.h, f.contact[i])[0])
@@ -115,7 +119,7 @@ def _one(
     ]
     means = weights @ np.array(peaks)
     between = weights @ (np.array(peaks) - means) ** 2
-    at_peak = at_times(forces.tangents[i], np.array([time[top]]), grid.h, forces.contact[i])
+    at_peak = at_times(forces.tangents[i], read[[top]], grid.h, forces.contact[i])
     slope = at_peak[: len(covariance), 0]
     form = model.peak_form_error if which == "corrected" else 0.0
     own = max(0.0, float(slope @ covariance @ slope))

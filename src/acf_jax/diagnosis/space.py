@@ -101,6 +101,11 @@ def component_of(name: str) -> str:
     return every_effect()[name].component
 
 
+def delays(explanation: Explanation) -> bool:
+    """Whether a delay common to all triggers may as well be the sensor's."""
+    return any(cls.delays for cls in classes(explanation))
+
+
 def label(explanation: Explanation) -> str:
     """An explanation in words."""
     return " and ".join(cls.title for cls in classes(explanation)) or "nothing unmodelled"

@@ -67,6 +67,7 @@ class AbstractEffect(eqx.Module):
     component: ClassVar[Component]
     title: ClassVar[str]
     fits_noise: ClassVar[bool] = False  # finds something of its kind in any noise: it has to explain more
+    delays: ClassVar[bool] = False  # what it does to the reading is much like a delay
     n_own: ClassVar[int] = 0
     n_memory: ClassVar[int] = 2  # entries of the memory of `sense`
 

@@ -13,6 +13,7 @@ class SensorLag(AbstractEffect):
 
     component = "sensor"
     title = "Sensor lag"
+    delays = True
 
     time_constant_s: Scalar = strength("s", 0.0, 0.03, (1e-4, 5e-4), 5e-4, "time constant tau = 1/omega")
     damping_ratio: Scalar = shape("1", 0.4, 6.0, (0.8, 2.5), "damping ratio zeta_s")
