@@ -160,9 +160,7 @@ def test_a_prediction_that_diverges_ends_and_says_so() -> None:
 def test_a_delay_of_the_reading_leaves_the_contact_force(delay: float) -> None:
     punctual = gap_model(("sensor_lag",), (5e-4, 0.8))
     late = punctual.model_copy(update={"corrected": punctual.corrected.model_copy(update={"delay_s": delay})})
-    one, other = (
-        predict(m, np.array([0.2]), np.array([60.0]), sample_rate=2e5)[0] for m in (punctual, late)
-    )
+    one, other = (predict(m, np.array([0.2]), np.array([60.0]), sample_rate=2e5)[0] for m in (punctual, late))
     inner = (one.time > 2e-4) & (one.time < one.time[-1] - 2e-4)
     expected = np.interp(one.time[inner] - delay, one.time, one.force)
     assert other.force[inner] == pytest.approx(expected, abs=0.01)
