@@ -1,6 +1,7 @@
 """Which pairs are tried, with fits that are made up: what counts is only how well each explanation fits."""
 
 from collections.abc import Sequence
+from itertools import combinations
 from types import SimpleNamespace
 from typing import Any
 
@@ -42,10 +43,12 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
             candidates, "fit_single", lambda _, name: _fit((name,), chi_squares.get((name,), 1100.0))
         )
         monkeypatch.setattr(candidates, "fit_more", more)
-        monkeypatch.setattr(candidates, "go_on", lambda _, glance: glance)
+        monkeypatch.setattr(candidates, "go_on", lambda _, glance: ended.append(glance.explanation) or glance)
         _, fits = fit_all(SimpleNamespace(n_used=SAMPLES), EFFECTS, lambda _: None)  # type: ignore[arg-type]
         return [f.explanation for f in fits]
 
+    ended: list[Explanation] = []
+    run.ended = ended  # type: ignore[attr-defined]
     return run
 
 
@@ -70,3 +73,13 @@ def test_what_a_port_explains_beyond_every_effect_is_searched_for_among_pairs(fi
 def test_pairs_are_tried_widely_where_no_effect_explains_the_data(fitted: Any) -> None:
     found = fitted({(name,): 1300.0 for name in (*EFFECTS, *ports())}, {})
     assert len([e for e in found if len(e) == 2]) == search.TRIED
+
+
+def test_a_pair_far_behind_the_best_gets_no_more_than_a_glance(fitted: Any) -> None:
+    second = ("coulomb_friction", "gravity")
+    pairs: dict[Explanation, float] = dict.fromkeys(combinations(EFFECTS, 2), 5000.0)
+    found = fitted(
+        {(name,): 6000.0 for name in (*EFFECTS, *ports())} | pairs | {TRUE: 1000.0, second: 3000.0}, {}
+    )
+    assert len([e for e in found if len(e) == 2]) == search.TRIED
+    assert fitted.ended == [TRUE, second]

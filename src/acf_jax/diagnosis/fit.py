@@ -17,7 +17,7 @@ N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
 STRIDE = 2.0  # sampling intervals of its longest step, where no sensor has a frequency of its own
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
-COARSEST = 100.0  # a fit that misses by so much more than noise stops at so much larger a gain
+COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it is from the data
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 ITERATIONS = 40  # of a fit, at most
 STIFFEST = 1e4  # damping at which a step is too small to matter
@@ -233,7 +233,7 @@ def fit(
             break
         u, own, linear, damping = u + step, own_new, linear_new, max(damping / 5, 1e-8)
         calmer = min(inflation, _inflation(linear, observations.n_used))
-        coarse = min(COARSEST, max(1.0, 2 * value * inflation / observations.n_used))
+        coarse = min(COARSEST, max(1.0, 2 * value * inflation / observations.n_used) ** 2)
         small = small + 1 if gain < tolerance * coarse * max(1.0, value) else 0
         if small >= 2:
             if inflation == 1.0 and grid.pull == 0.0:

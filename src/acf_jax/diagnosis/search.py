@@ -21,6 +21,7 @@ LEFT_BEHIND = 30.0  # chi-square that a port explains beyond every single effect
 PAIRS, TRIED, TRIPLES = 8, 6, 2  # that are fitted, TRIED where little is explained
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained
 GLANCE = 6  # iterations after which pairs are compared where little is explained
+HOPELESS = 4.0  # times the best misfit, from which on a glance is all that a pair gets
 WORTH_ONE_MORE = 9.0  # chi-square that one more effect has to promise before it is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
 
@@ -98,7 +99,10 @@ def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> lis
     known = {glance.explanation for glance in best}
     swaps = [c for c in chain(*of_members) if c.name in names[:LEADERS] and c.explanation not in known]
     best = _best_first([*best, *_glance(observations, swaps)])
-    return candidates.in_parallel([partial(candidates.go_on, observations, glance) for glance in best[:most]])
+    chosen = best[:most]
+    near = [glance for glance in chosen if glance.objective < HOPELESS * best[0].objective]
+    ended = candidates.in_parallel([partial(candidates.go_on, observations, glance) for glance in near])
+    return ended + chosen[len(near) :]
 
 
 def _glance(observations: Observations, couples: Sequence[Couple]) -> list[Fit]:

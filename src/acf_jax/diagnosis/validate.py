@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from acf_jax.diagnosis.candidates import in_parallel
 from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
 from acf_jax.diagnosis.forward import forward, reach_of
 from acf_jax.diagnosis.observe import Observations
@@ -45,38 +46,46 @@ def hold_out(
     whose nuisances say how much velocity, pretension and trigger really vary from trial to trial.
     """
     o = observations
+    conditions = [o.condition == c for c in np.unique(o.condition)]
+    tasks = [partial(_predict_unseen, o, out, fitted, scattered, refit) for out in conditions]
     residual, floor, peak = np.zeros_like(o.force), np.zeros_like(o.force), np.zeros(len(o.names))
-    for condition in np.unique(o.condition):
-        out = o.condition == condition
-        left = o.subset(out)
-        seen = out if out.all() else ~out
-        theta = fitted.theta
-        if refit and not out.all():
-            kept = fitted.own[seen]
-            theta = fit(o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12).theta
-        reach = reach_of(fitted.explanation, theta[:-1], o.v_e[seen], o.f_p[seen], fitted.grid)
-        u = fitted.coordinates.coordinate(theta)
-        own = np.zeros((out.sum(), N_OWN))
-        predict = partial(
-            linearise, left, fitted.explanation, fitted.coordinates, u, grid=fitted.grid, reach=reach
-        )
-        linear = predict(own)
-        # when the recording was triggered is no model's business: each trial is shifted to where it fits best
-        timing = linear.by_own[:, TIMING]
-        shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
-        own[:, TIMING] = np.clip(shift, -LATEST, LATEST)
-        linear = predict(own)
-        forces = forward(fitted.explanation, theta[:-1], left.v_e, left.f_p, fitted.grid, reach)
-        residual[out] = np.where(left.used, left.force - linear.predicted, 0.0)
-        scatter = np.einsum("ian,a->in", linear.spread[:, :TIMING] ** 2, spread_of(scattered)[:TIMING])
-        floor[out] = np.where(left.used, o.noise.std**2 + scatter, 0.0)
-        peak[out] = [
-            peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0]
-            if left.peak_only[i]
-            else _largest_reading(linear.predicted[i][left.used[i]], o.noise.std)
-            for i in range(len(left.names))
-        ]
+    for out, (residual_there, floor_there, peak_there) in zip(conditions, in_parallel(tasks), strict=True):
+        residual[out], floor[out], peak[out] = residual_there, floor_there, peak_there
     return HeldOut(residual, floor, peak, measured_peak)
+
+
+def _predict_unseen(
+    o: Observations, out: np.ndarray, fitted: Fit, scattered: Fit, refit: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Residual, floor and peak of `HeldOut` for the trials `out`, after a fit to the others."""
+    left = o.subset(out)
+    seen = out if out.all() else ~out
+    theta = fitted.theta
+    if refit and not out.all():
+        kept = fitted.own[seen]
+        theta = fit(o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12).theta
+    reach = reach_of(fitted.explanation, theta[:-1], o.v_e[seen], o.f_p[seen], fitted.grid)
+    u = fitted.coordinates.coordinate(theta)
+    own = np.zeros((out.sum(), N_OWN))
+    predict = partial(
+        linearise, left, fitted.explanation, fitted.coordinates, u, grid=fitted.grid, reach=reach
+    )
+    linear = predict(own)
+    # when the recording was triggered is no model's business: each trial is shifted to where it fits best
+    timing = linear.by_own[:, TIMING]
+    shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
+    own[:, TIMING] = np.clip(shift, -LATEST, LATEST)
+    linear = predict(own)
+    forces = forward(fitted.explanation, theta[:-1], left.v_e, left.f_p, fitted.grid, reach)
+    scatter = np.einsum("ian,a->in", linear.spread[:, :TIMING] ** 2, spread_of(scattered)[:TIMING])
+    peak = [
+        peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0]
+        if left.peak_only[i]
+        else _largest_reading(linear.predicted[i][left.used[i]], o.noise.std)
+        for i in range(len(left.names))
+    ]
+    residual = np.where(left.used, left.force - linear.predicted, 0.0)
+    return residual, np.where(left.used, o.noise.std**2 + scatter, 0.0), np.array(peak)
 
 
 def _largest_reading(force: np.ndarray, noise_std: float) -> float:
