@@ -18,7 +18,7 @@ from acf_jax.diagnosis.observe import whiten
 from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.ports._continued import continued
 from acf_jax.diagnosis.ports.sensor import UnknownSensor
-from acf_jax.diagnosis.predict import predict
+from acf_jax.diagnosis.predict import Prediction, predict
 from acf_jax.diagnosis.sample import at_times, peak_of, taps
 from acf_jax.diagnosis.score import (
     HIGHEST,
@@ -166,6 +166,22 @@ def test_a_delay_of_the_reading_leaves_the_contact_force(delay: float) -> None:
     assert other.force[inner] == pytest.approx(expected, abs=0.01)
     assert other.contact_force == pytest.approx(one.contact_force)
     assert other.peak_time == pytest.approx(one.peak_time + delay, abs=5e-6)
+
+
+def test_an_early_reading_ends_with_the_simulation() -> None:
+    def early_by(delay: float) -> Prediction:
+        model = gap_model(("sensor_lag",), (5e-4, 0.8))
+        m, _, _, *more = model.corrected.theta
+        # so stiff and damped a flange that contact is held to the end
+        held = {"theta": (m, 2000.0, 8e4, *more), "delay_s": -delay}
+        corrected = model.corrected.model_copy(update=held)
+        return predict(model.model_copy(update={"corrected": corrected}), np.array([0.2]), np.array([60.0]))[
+            0
+        ]
+
+    punctual, early = early_by(0.0), early_by(0.01)
+    assert early.time[-1] == punctual.time[-1] == pytest.approx(0.06)
+    assert early.force.max() <= punctual.force.max() * 1.01
 
 
 @pytest.mark.parametrize(("effect", "delay"), [("sensor_lag", 2e-5), ("sensor_scale", 0.0), ("gravity", 0.0)])

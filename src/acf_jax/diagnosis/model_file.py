@@ -24,7 +24,7 @@ RIG_BOUNDS = (
 )  # far beyond what a data set may state, SI units
 ROUNDING = 1e-6
 Verdict = Literal["no_gap", "identified", "ambiguous", "unknown", "insufficient_data"]
-LATEST_S = 0.01  # of a reading
+LATEST_S = 0.01  # a reading is late by at most this, or early
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]

@@ -106,12 +106,13 @@ def _one(
     forces, grid, covariance, delay, diverges = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
-    read = np.clip(time - delay, 0.0, None)  # when the sensor saw what it reads
-    force, contact = (
-        np.maximum(at_times(values, at, grid.h, forces.contact[i]), 0.0)
-        for values, at in ((forces.sensed[i], read), (forces.contact[i], time))
-    )
-    force[read == 0], contact[0] = forces.sensed[i, 0], forces.contact[i, 0]
+    read = np.clip(time - delay, 0.0, grid.steps * grid.h)  # when the sensor saw what it reads
+
+    def at(values: np.ndarray, when: np.ndarray) -> np.ndarray:
+        between = np.maximum(at_times(values, when, grid.h, forces.contact[i]), 0.0)
+        return np.where(when == 0, values[0], between)
+
+    force, contact = at(forces.sensed[i], read), at(forces.contact[i], time)
     top = int(np.argmax(force))
     peaks = [
         (peak_of(f.sensed[i], g.h, f.contact[i])[0], peak_of(f.contact[i], g.h, f.contact[i])[0])

@@ -99,8 +99,8 @@ def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> lis
     known = {glance.explanation for glance in best}
     swaps = [c for c in chain(*of_members) if c.name in names[:LEADERS] and c.explanation not in known]
     best = _best_first([*best, *_glance(observations, swaps)])
-    chosen = best[:most]
-    near = [glance for glance in chosen if glance.objective < HOPELESS * best[0].objective]
+    chosen = best[:most]  # the best first, so that those near it come before the others
+    near = [glance for glance in chosen if glance.objective < HOPELESS * chosen[0].objective]
     ended = candidates.in_parallel([partial(candidates.go_on, observations, glance) for glance in near])
     return ended + chosen[len(near) :]
 
