@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from acf_jax.dataset import Noise, Prior, RigPrior
 from acf_jax.diagnosis.experiment import error_probability
-from acf_jax.diagnosis.fit import Fit
+from acf_jax.diagnosis.fit import BEYOND, Fit
 from acf_jax.diagnosis.forward import Grid, forward, reach_of
 from acf_jax.diagnosis.model_file import variant
 from acf_jax.diagnosis.observe import whiten
@@ -28,6 +28,7 @@ from acf_jax.diagnosis.score import (
     credible_set,
     doubt,
     explanations,
+    port_shares,
     probabilities,
 )
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
@@ -74,6 +75,20 @@ def test_interpolation_ends_where_contact_is_lost(lost: float) -> None:
     np.testing.assert_allclose(found, force(times), atol=1e-3)
     reading = at_times(force(grid) + 5.0, times, h, force(grid))  # of a sensor with an offset
     np.testing.assert_allclose(reading, force(times) + 5.0, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "steps", [0.05, 0.5, 1.0, 1.9]
+)  # of the grid, from the last sample to the loss of contact
+def test_a_loss_of_contact_right_behind_the_last_sample_is_told(steps: float) -> None:
+    h, end = 2e-3, 0.0813
+    lost = end + steps * h
+    grid, times = h * np.arange(int(np.ceil(end / h)) + BEYOND + 1), np.linspace(0.06, end, 50)
+
+    def force(t: np.ndarray) -> np.ndarray:
+        return np.maximum(100 * np.sin(t * np.pi / lost), 0.0) * (t < lost)
+
+    np.testing.assert_allclose(at_times(force(grid), times, h, force(grid)), force(times), atol=1e-3)
 
 
 def test_the_peak_lies_within_the_impact_phase() -> None:
@@ -227,3 +242,13 @@ def test_no_explanation_is_certain_nor_are_the_ports_together() -> None:
     assert sum(s.probability for s in scored) == pytest.approx(1.0)
     doubted = doubt([Scored(("gravity",), 0.99), Scored((), 0.01)], 0.0)
     assert doubted[0].explanation == ("unknown",) and doubted[0].probability < 0.995
+
+
+def test_an_unknown_cause_acts_at_the_port_that_predicts_best() -> None:
+    shares = port_shares(np.array([1500.0, 1000.0, np.nan, 1020.0]), 9000.0, 1000)
+    assert shares.sum() == pytest.approx(1.0)
+    assert shares[1] > shares[3] > shares[0] > shares[2] == 0.0
+
+
+def test_ports_share_evenly_where_no_prediction_lasts() -> None:
+    np.testing.assert_allclose(port_shares(np.full(4, np.inf), 9000.0, 1000), 0.25)

@@ -43,6 +43,7 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
             candidates, "fit_single", lambda _, name: _fit((name,), chi_squares.get((name,), 1100.0))
         )
         monkeypatch.setattr(candidates, "fit_more", more)
+        monkeypatch.setattr(candidates, "fit_further", lambda _, fitted: fitted)
         monkeypatch.setattr(candidates, "go_on", lambda _, glance: ended.append(glance.explanation) or glance)
         _, fits = fit_all(SimpleNamespace(n_used=SAMPLES), EFFECTS, lambda _: None)  # type: ignore[arg-type]
         return [f.explanation for f in fits]

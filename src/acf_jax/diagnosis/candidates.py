@@ -15,6 +15,7 @@ from acf_jax.effects import library
 
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
+GLANCE = 6  # iterations after which fits that begin apart are compared
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
 
 Result = TypeVar("Result")
@@ -41,12 +42,38 @@ def fit_single(ground: Ground, name: str) -> Fit:
         near = [*near, promise.parameters.tolist()] if promise.gain > HINT else near
     else:
         far, near = begins[:1], [promise.start]
+    return best(_fits_from(ground, name, far, near, ITERATIONS))
+
+
+def fit_further(ground: Ground, fitted: Fit) -> Fit:
+    """The fit of a port, or a better one from its other starts, where it has any.
+
+    Where a kink lies, or how fast a ripple is, parts the valleys of its misfit. So fits from every start, at the prior
+    and at the recalibrated model, get a glance, and the best is carried on.
+    """
+    (name,) = fitted.explanation
+    begins = starts(name)
+    if len(begins) == 1:
+        return fitted
+    ahead = best(_fits_from(ground, name, begins, begins, GLANCE))
+    return best([fitted, go_on(ground.observations, ahead)])
+
+
+def _fits_from(
+    ground: Ground,
+    name: str,
+    far: Sequence[Sequence[float]],
+    near: Sequence[Sequence[float]],
+    iterations: int,
+) -> list[Fit]:
+    """Fits of one effect or port from starts at the rig's prior (`far`) and at the recalibrated model (`near`)."""
+    observations, nominal = ground.observations, ground.fitted
     at_prior = [np.concatenate([observations.prior.values, start, [0.0]]) for start in far]
     at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]]) for start in near]
-    return best(
-        [fit(observations, (name,), theta) for theta in at_prior]
-        + [fit(observations, (name,), theta, nominal.own, warm=True) for theta in at_nominal]
-    )
+    return [fit(observations, (name,), theta, iterations=iterations) for theta in at_prior] + [
+        fit(observations, (name,), theta, nominal.own, warm=True, iterations=iterations)
+        for theta in at_nominal
+    ]
 
 
 def fit_more(

@@ -1,7 +1,7 @@
 """The whole diagnosis: quality, fits, probabilities, held-out figures, what cannot be told apart, what to do next."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -21,11 +21,13 @@ from acf_jax.diagnosis.score import (
     evidence_of,
     explanations,
     is_port,
+    port_shares,
     probabilities,
 )
 from acf_jax.diagnosis.search import Progress, fit_all, outliers
 from acf_jax.diagnosis.shrinkage import FREE, LAW, Form, Shrinkage, force_shrinkage, peak_shrinkage
 from acf_jax.diagnosis.space import Explanation, parameters
+from acf_jax.diagnosis.trigger import trigger_scatter
 from acf_jax.diagnosis.validate import GapFigures, HeldOut, figures, hold_out
 from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.where import GapMap, gap_map
@@ -82,6 +84,7 @@ def diagnose(
     progress("looking at the data")
     quality = assess_dataset(dataset)
     observations = observe(dataset, quality)
+    observations = replace(observations, trigger_std=trigger_scatter(observations))
     excluded = dict(quality.excluded)
     effects = [name for name in library() if name not in without]
     recalibrated, fits = fit_all(observations, effects, progress)
@@ -92,8 +95,6 @@ def diagnose(
         recalibrated, fits = fit_all(observations, effects, progress)
     fits = [recalibrated, *fits]
     probability = probabilities([evidence_of(f) for f in fits], observations.n_used)
-    order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
-    fits, probability = [fits[i] for i in order], probability[order]
     scored = explanations(fits, probability)
     credible = credible_set(scored)
     corrected = _corrected(fits, probability, scored[0].explanation)
@@ -103,19 +104,26 @@ def diagnose(
     nominal = _unfitted(observations)
     try_on = partial(hold_out, observations, measured_peak=measured, scattered=corrected)
     held = {"nominal": try_on(nominal, refit=False), "recalibrated": try_on(recalibrated)}
-    held["corrected"] = held["recalibrated"] if corrected is recalibrated else try_on(corrected)
+    unseen = _Unseen(try_on, {(): held["recalibrated"]})
 
-    def shrinks(by: Fit, tried: HeldOut) -> Shrinkage | None:
-        both = held["recalibrated"], tried
+    def shrinks(by: Fit) -> Shrinkage | None:
+        both = held["recalibrated"], unseen.of(by)
         return force_shrinkage(observations, (recalibrated, by), both, _form(by), seed)
 
-    shrinkage = shrinks(corrected, held["corrected"])
+    if scored[0].explanation == UNKNOWN:
+        probability = _ports_by_prediction(fits, probability, unseen)
+        corrected = _corrected(fits, probability, UNKNOWN)
+    shrinkage = shrinks(corrected)
     if shrinkage and shrinkage.ci95[1] < HOPEFUL and _clear_gap(observations, held["recalibrated"]):
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
-        if (again := _corrected(fits, probability, scored[0].explanation)) is not corrected:
-            corrected, held["corrected"] = again, try_on(again)
-            shrinkage = shrinks(corrected, held["corrected"])
+        if scored[0].explanation == UNKNOWN:
+            probability = _ports_by_prediction(fits, probability, unseen)
+        corrected = _corrected(fits, probability, scored[0].explanation)
+        shrinkage = shrinks(corrected)
+    held["corrected"] = unseen.of(corrected)
+    order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
+    fits, probability = [fits[i] for i in order], probability[order]
 
     progress("asking what these trials can tell apart")
     detectability = tuple(separate.detectability(observations, recalibrated))
@@ -154,6 +162,30 @@ def diagnose(
         excluded=excluded,
         warnings=(*quality.warnings, *_warnings(corrected)),
     )
+
+
+@dataclass(frozen=True)
+class _Unseen:
+    """What fits predict of conditions that they did not see, each computed once."""
+
+    hold_out: Callable[[Fit], HeldOut]
+    known: dict[Explanation, HeldOut]
+
+    def of(self, fitted: Fit) -> HeldOut:
+        """The predictions of a fit."""
+        if fitted.explanation not in self.known:
+            self.known[fitted.explanation] = self.hold_out(fitted)
+        return self.known[fitted.explanation]
+
+
+def _ports_by_prediction(fits: Sequence[Fit], probability: np.ndarray, unseen: _Unseen) -> np.ndarray:
+    """The probability of each fit, that of an unknown cause shared out among the ports by what they predict."""
+    at_ports = [i for i, f in enumerate(fits) if is_port(f.explanation)]
+    samples = int((unseen.of(fits[0]).floor > 0).sum())
+    left = np.array([unseen.of(fits[i]).chi_square for i in (0, *at_ports)])
+    told = probability.copy()
+    told[at_ports] = probability[at_ports].sum() * port_shares(left[1:], left[0], samples)
+    return told
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:

@@ -9,13 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
-from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations, whiten_all
+from acf_jax.diagnosis.observe import COMMON_TRIGGER, Observations, whiten_all
 from acf_jax.diagnosis.sample import combine, peak_of, taps
 from acf_jax.diagnosis.space import Coordinates, Explanation, component_of, coordinates
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
 STRIDE = 2.0  # sampling intervals of its longest step, where no sensor has a frequency of its own
+BEYOND = (
+    6  # steps of the grid after the last sample: as many as it takes to tell either side of a loss of contact
+)
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it is from the data
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
@@ -62,14 +65,15 @@ def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     """A grid fine enough for the rig and for a sensor that follows each sample, and long enough for every trial."""
     m, _, k_f, k_c = observations.prior.values
     omega = np.sqrt((k_f + k_c) / m)
-    end = float((observations.time + 3 * TRIGGER * observations.interval[:, None])[observations.used].max())
+    latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
+    end = float(latest[observations.used].max())
     interval = observations.interval[observations.interval > 0].min(initial=np.inf)
     if observations.peak_only.any():
         end = max(end, PEAK_WITHIN / omega)
     has_sensor = any(component_of(name) == "sensor" for name in explanation)
     longest = interval if has_sensor else STRIDE * interval
-    h = max(min(STEP_PER_RADIAN / omega, longest), end / (SAMPLES - 4))
-    return Grid(h, int(np.ceil(end / h)) + 2)
+    h = max(min(STEP_PER_RADIAN / omega, longest), end / (SAMPLES - BEYOND - 2))
+    return Grid(h, int(np.ceil(end / h)) + BEYOND)
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,7 @@ def linearise(
 ) -> Linearisation:
     """Run the simulator and compare it with the measured samples; `reach` is that of `forward`."""
     o = observations
-    spread = np.column_stack([o.rel_std[0] * o.v_e, o.rel_std[1] * o.f_p, TRIGGER * o.interval])
+    spread = np.column_stack([o.rel_std[0] * o.v_e, o.rel_std[1] * o.f_p, o.trigger_std * o.interval])
     shift = own * spread
     theta = at.value(u)
     forces = forward(explanation, theta[:-1], o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)

@@ -15,7 +15,9 @@ LONGEST = 24.0  # of a trace that is compared, in units of 1/omega: about four p
 ONSET = (
     0.9  # samples nearer to first contact than this share of the interval are left out: the jump falls there
 )
-TRIGGER = 0.5  # standard deviation of a trial's trigger time about the common one, in sampling intervals
+TRIGGER = (
+    0.5  # standard deviation of a trial's trigger time about the common one, in sampling intervals, at most
+)
 SHARED_SIZE = 64  # whitening matrices are kept for lengths that are multiples of it
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
@@ -39,6 +41,7 @@ class Observations:
     rel_std: tuple[float, float]  # spread of velocity and pretension, trial to trial
     noise: Noise
     prior: RigPrior
+    trigger_std: float = TRIGGER  # of a trial's trigger about the common one, in sampling intervals
 
     @property
     def n_used(self) -> int:

@@ -30,7 +30,7 @@ class Weights:
     """
 
     nu: float = 12.0  # how many independent pieces a misfit of form has
-    nu_noise: float = 18.0  # the same for noise that is not as it is said to be
+    nu_noise: float = 25.0  # the same for noise that is not as it is said to be
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
     effect: float = 4.8  # cost of one effect, in log probability
     second: float = 4.8  # cost of each further one
@@ -88,14 +88,19 @@ def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WE
     """
     noise = samples * (1 + weights.margin + 3 * np.sqrt(2 / samples))
     chi2 = np.append([e.chi_square for e in evidence], noise)
-    excess, gap = chi2 - chi2.min(), chi2[0] - chi2.min()
-    pieces = samples / SAMPLES_A_PIECE
-    nu, nu_noise = min(weights.nu, pieces), min(weights.nu_noise, pieces)
-    misfit = 0.5 * nu * np.log1p(excess / (nu + weights.rho_squared * gap))
+    gap = chi2[0] - chi2.min()
+    nu_noise = min(weights.nu_noise, samples / SAMPLES_A_PIECE)
+    misfit = _misfit(chi2, gap, samples, weights)
     misfit[0] = 0.5 * nu_noise * np.log1p(gap / nu_noise)
     strained = _strained(evidence, weights)
     costs = [cost(e.explanation, weights) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
+
+
+def _misfit(chi2: np.ndarray, gap: float, samples: int, weights: Weights) -> np.ndarray:
+    """Log probability that each of several forms loses by what it leaves above the best one."""
+    nu = min(weights.nu, samples / SAMPLES_A_PIECE)
+    return np.asarray(0.5 * nu * np.log1p((chi2 - chi2.min()) / (nu + weights.rho_squared * gap)))
 
 
 def _strained(evidence: Sequence[Evidence], weights: Weights) -> np.ndarray:
@@ -117,6 +122,21 @@ def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights =
         share = np.exp(fitting - fitting.max())
         named[at_ports] += p[-1] * share / share.sum()
     return _capped(named / named.sum())
+
+
+def port_shares(
+    unseen: np.ndarray, recalibrated: float, samples: int, weights: Weights = WEIGHTS
+) -> np.ndarray:
+    """Probability that an unknown cause acts at each port, shape (ports,), by what each one predicts.
+
+    **Arguments:** `unseen`, `recalibrated`: chi-square on conditions that the fit did not see, of each port (not finite
+    where its prediction broke down) and of the recalibrated model.
+    """
+    chi2 = np.where(np.isfinite(unseen), unseen, np.inf)
+    if np.isinf(chi2).all():
+        return np.full(len(chi2), 1 / len(chi2))
+    share = np.exp(-_misfit(chi2, max(recalibrated - chi2.min(), 0.0), samples, weights))
+    return np.asarray(share / share.sum())
 
 
 def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:

@@ -20,7 +20,6 @@ FAR = 1.5  # the same above which a fit leaves much
 LEFT_BEHIND = 30.0  # chi-square that a port explains beyond every single effect where these leave something
 PAIRS, TRIED, TRIPLES = 8, 6, 2  # that are fitted, TRIED where little is explained
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained
-GLANCE = 6  # iterations after which pairs are compared where little is explained
 HOPELESS = 4.0  # times the best misfit, from which on a glance is all that a pair gets
 WORTH_ONE_MORE = 9.0  # chi-square that one more effect has to promise before it is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
@@ -59,6 +58,8 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     alone = _best_first(f for f in fits if not is_port(f.explanation))
     better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a port than of any effect
     if left(alone) > UNEXPLAINED or better > LEFT_BEHIND:
+        at_ports = [partial(candidates.fit_further, ground, f) for f in fits if is_port(f.explanation)]
+        fits = [*(f for f in fits if not is_port(f.explanation)), *candidates.in_parallel(at_ports)]
         more = _try_all(observations, alone, TRIED)
         if more and left(more) > FAR:
             more += _grow(observations, _best_first(more)[:LEADERS], effects, TRIPLES)
@@ -109,7 +110,8 @@ def _glance(observations: Observations, couples: Sequence[Couple]) -> list[Fit]:
     """Fits of a few iterations, the best of each explanation, the best first."""
     best: dict[Explanation, Fit] = {}
     tasks = [
-        partial(candidates.fit_more, observations, c.leader, c.name, c.parameters, GLANCE) for c in couples
+        partial(candidates.fit_more, observations, c.leader, c.name, c.parameters, candidates.GLANCE)
+        for c in couples
     ]
     for glance in _best_first(candidates.in_parallel(tasks)):
         best.setdefault(glance.explanation, glance)

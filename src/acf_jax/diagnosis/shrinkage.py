@@ -7,7 +7,7 @@ import numpy as np
 
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.forward import forward
-from acf_jax.diagnosis.observe import TRIGGER, Observations
+from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.sample import phase_end
 from acf_jax.diagnosis.space import component_of
 from acf_jax.diagnosis.validate import TIMING, HeldOut
@@ -121,7 +121,7 @@ def _lateness(observations: Observations, corrected: Fit) -> float:
     """The delay, s, common to all trials, where a sensor could have caused it: it may belong to the sensor's form."""
     if not any(component_of(name) == "sensor" for name in corrected.explanation):
         return 0.0
-    own = (corrected.own[:, TIMING] * TRIGGER * observations.interval).mean()
+    own = (corrected.own[:, TIMING] * observations.trigger_std * observations.interval).mean()
     return float(corrected.theta[-1] + own)
 
 

@@ -1,0 +1,65 @@
+"""The scatter of triggers, told from repeats whose trigger times are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from acf_jax.dataset import Noise, Prior, RigPrior
+from acf_jax.diagnosis.observe import TRIGGER, Observations
+from acf_jax.diagnosis.trigger import trigger_scatter
+
+RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
+INTERVAL, SPREAD, NOISE = 2e-4, 0.005, 1.0  # s, relative, N
+
+
+def repeated(scatter: float, conditions: int = 8, repeats: int = 3) -> Observations:
+    """Half sines on a pretension, as no model has them; triggers scatter by `scatter` sampling intervals."""
+    random = np.random.default_rng(5)
+    trials = conditions * repeats
+    condition = np.repeat(np.arange(conditions), repeats)
+    v_e, f_p = 0.05 + 0.04 * condition, np.full(trials, 80.0)
+    time = INTERVAL * np.arange(1, 40)
+    at = time + INTERVAL * scatter * random.standard_normal((trials, 1))
+    v, f = ((1 + SPREAD * random.standard_normal(trials)) * a for a in (v_e, f_p))
+    force = f[:, None] + 800 * v[:, None] * np.sin(at * np.pi / 8e-3)
+    return Observations(
+        names=tuple(f"t{i}" for i in range(trials)),
+        v_e=v_e,
+        f_p=f_p,
+        condition=condition,
+        time=np.tile(time, (trials, 1)),
+        force=force + NOISE * random.standard_normal(force.shape),
+        used=np.ones(force.shape, bool),
+        peak_only=np.zeros(trials, bool),
+        interval=np.full(trials, INTERVAL),
+        rel_std=(SPREAD, SPREAD),
+        noise=Noise(NOISE),
+        prior=RIG,
+    )
+
+
+@pytest.mark.parametrize("scatter", [0.1, 0.3])
+def test_a_scatter_is_found_and_not_understated(scatter: float) -> None:
+    assert scatter < trigger_scatter(repeated(scatter)) < 1.7 * scatter
+
+
+def test_exact_triggers_are_known_to_be_exact() -> None:
+    assert trigger_scatter(repeated(0.0)) < 0.1
+
+
+def test_without_repeats_the_largest_scatter_stands() -> None:
+    assert trigger_scatter(repeated(0.0, conditions=12, repeats=1)) == TRIGGER
+
+
+def test_repeats_that_are_sampled_differently_say_nothing() -> None:
+    o = repeated(0.0)
+    late = np.where(np.arange(len(o.names)) % 3 == 0, 0.4, 0.0)[:, None]
+    assert trigger_scatter(replace(o, time=o.time + INTERVAL * late)) == TRIGGER
+
+
+def test_a_faulty_repeat_does_not_make_triggers_look_exact() -> None:
+    o = repeated(0.3)
+    force = o.force.copy()
+    force[4] *= 0.5
+    assert trigger_scatter(replace(o, force=force)) > 0.3
