@@ -8,6 +8,7 @@ from acf_jax.worlds import make_case, write_case
 from tests.few import few_explanations
 
 KEPT = ("gravity", "pad_relaxation", "sensor_scale")
+PORTS = ("unknown_actuator", "unknown_sensor")
 
 
 @pytest.fixture(scope="session")
@@ -21,5 +22,5 @@ def gravity_set(tmp_path_factory: pytest.TempPathFactory) -> GapDataset:
 @pytest.fixture(scope="session")
 def diagnosed(gravity_set: GapDataset) -> Diagnosis:
     """The diagnosis of that set with three of the thirteen effects and two of the ports."""
-    with few_explanations(KEPT, ("unknown_actuator", "unknown_sensor")):
+    with few_explanations(KEPT, PORTS):
         return diagnose(gravity_set)

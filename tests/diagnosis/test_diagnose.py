@@ -9,16 +9,19 @@ import pytest
 
 from acf_jax.dataset import GapDataset, assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
-from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.model_file import _corners, gap_model, read_model, write_model
 from acf_jax.diagnosis.observe import observe
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
+from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation
 from acf_jax.errors import InputError
+from tests.diagnosis.conftest import KEPT, PORTS
+from tests.few import few_explanations
 
 
 def test_names_the_cause_and_shrinks_the_gap(diagnosed: Diagnosis) -> None:
@@ -36,6 +39,15 @@ def test_names_the_cause_and_shrinks_the_gap(diagnosed: Diagnosis) -> None:
     low, high = content["shrinkage"]["force"]["ci95"]
     assert low <= content["shrinkage"]["force"]["value"] <= high <= 1
     json.dumps(content, allow_nan=False)
+
+
+def test_a_cause_that_the_library_lacks_is_unknown_at_its_port(gravity_set: GapDataset) -> None:
+    with few_explanations(KEPT, PORTS):
+        found = diagnose(gravity_set, without=["gravity"])
+    assert found.scored[0].explanation == UNKNOWN
+    assert found.corrected.explanation == ("unknown_actuator",)
+    assert max(found.component, key=lambda name: found.component[name]) == "actuator"
+    assert [f.explanation for f in found.fits][:2] == [(), ("unknown_actuator",)]  # most probable first
 
 
 def test_the_model_file_comes_back_as_it_was(diagnosed: Diagnosis, tmp_path: Path) -> None:
