@@ -1,8 +1,7 @@
 """The whole diagnosis: quality, fits, probabilities, held-out figures, what cannot be told apart, what to do next."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -21,13 +20,13 @@ from acf_jax.diagnosis.score import (
     evidence_of,
     explanations,
     is_port,
-    port_shares,
     probabilities,
 )
 from acf_jax.diagnosis.search import Progress, fit_all, outliers
-from acf_jax.diagnosis.shrinkage import FREE, LAW, Form, Shrinkage, force_shrinkage, peak_shrinkage
+from acf_jax.diagnosis.shrinkage import Shrinkage, form_of, peak_shrinkage
 from acf_jax.diagnosis.space import Explanation, parameters
 from acf_jax.diagnosis.trigger import trigger_scatter
+from acf_jax.diagnosis.unseen import Unseen
 from acf_jax.diagnosis.validate import GapFigures, HeldOut, figures, hold_out
 from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.where import GapMap, gap_map
@@ -102,26 +101,19 @@ def diagnose(
     progress("holding out one condition after the other")
     measured = _measured_peaks(dataset, quality, observations)
     nominal = _unfitted(observations)
-    try_on = partial(hold_out, observations, measured_peak=measured, scattered=corrected)
-    held = {"nominal": try_on(nominal, refit=False), "recalibrated": try_on(recalibrated)}
-    unseen = _Unseen(try_on, {(): held["recalibrated"]})
-
-    def shrinks(by: Fit) -> Shrinkage | None:
-        both = held["recalibrated"], unseen.of(by)
-        return force_shrinkage(observations, (recalibrated, by), both, _form(by), seed)
-
-    if scored[0].explanation == UNKNOWN:
-        probability = _ports_by_prediction(fits, probability, unseen)
-        corrected = _corrected(fits, probability, UNKNOWN)
-    shrinkage = shrinks(corrected)
-    if shrinkage and shrinkage.ci95[1] < HOPEFUL and _clear_gap(observations, held["recalibrated"]):
+    unseen = Unseen(observations, measured, recalibrated, corrected, seed)
+    probability, corrected = _settled(fits, probability, scored[0].explanation, unseen)
+    shrinkage = unseen.shrinkage(corrected)
+    if shrinkage and shrinkage.ci95[1] < HOPEFUL and unseen.is_gap_clear:
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
-        if scored[0].explanation == UNKNOWN:
-            probability = _ports_by_prediction(fits, probability, unseen)
-        corrected = _corrected(fits, probability, scored[0].explanation)
-        shrinkage = shrinks(corrected)
-    held["corrected"] = unseen.of(corrected)
+        probability, corrected = _settled(fits, probability, scored[0].explanation, unseen)
+        shrinkage = unseen.shrinkage(corrected)
+    held = {
+        "nominal": hold_out(observations, nominal, measured, unseen.scattered, refit=False),
+        "recalibrated": unseen.of(recalibrated),
+        "corrected": unseen.of(corrected),
+    }
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
     fits, probability = [fits[i] for i in order], probability[order]
 
@@ -151,7 +143,7 @@ def diagnose(
         shrinkage_peak=None
         if no_gap
         else peak_shrinkage(
-            (held["recalibrated"], held["corrected"]), observations.condition, _form(corrected), seed
+            (held["recalibrated"], held["corrected"]), observations.condition, form_of(corrected), seed
         ),
         fits=tuple(fits),
         probability=tuple(float(p) for p in probability),
@@ -164,28 +156,13 @@ def diagnose(
     )
 
 
-@dataclass(frozen=True)
-class _Unseen:
-    """What fits predict of conditions that they did not see, each computed once."""
-
-    hold_out: Callable[[Fit], HeldOut]
-    known: dict[Explanation, HeldOut]
-
-    def of(self, fitted: Fit) -> HeldOut:
-        """The predictions of a fit."""
-        if fitted.explanation not in self.known:
-            self.known[fitted.explanation] = self.hold_out(fitted)
-        return self.known[fitted.explanation]
-
-
-def _ports_by_prediction(fits: Sequence[Fit], probability: np.ndarray, unseen: _Unseen) -> np.ndarray:
-    """The probability of each fit, that of an unknown cause shared out among the ports by what they predict."""
-    at_ports = [i for i, f in enumerate(fits) if is_port(f.explanation)]
-    samples = int((unseen.of(fits[0]).floor > 0).sum())
-    left = np.array([unseen.of(fits[i]).chi_square for i in (0, *at_ports)])
-    told = probability.copy()
-    told[at_ports] = probability[at_ports].sum() * port_shares(left[1:], left[0], samples)
-    return told
+def _settled(
+    fits: Sequence[Fit], probability: np.ndarray, first: Explanation, unseen: Unseen
+) -> tuple[np.ndarray, Fit]:
+    """The probability of each fit and the corrected model, given the explanation that leads."""
+    if first == UNKNOWN:
+        probability = unseen.told_ports(fits, probability)
+    return probability, _corrected(fits, probability, first)
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:
@@ -196,11 +173,6 @@ def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation)
         if (is_port(f.explanation) if first == UNKNOWN else f.explanation == first)
     ]
     return fits[max(matching, key=lambda i: probability[i])]
-
-
-def _form(corrected: Fit) -> Form:
-    """How far off the form of the corrected model may be."""
-    return FREE if is_port(corrected.explanation) else LAW
 
 
 def _unfitted(observations: Observations) -> Fit:
@@ -214,12 +186,6 @@ def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:
     return [
         f for f in fits if len(f.explanation) == len(own) and len(own & set(f.explanation)) >= len(own) - 1
     ]
-
-
-def _clear_gap(observations: Observations, held: HeldOut) -> bool:
-    """Whether the recalibrated model misses by more than what no model could predict."""
-    used = observations.traced
-    return bool((held.residual[used] ** 2).mean() > 2 * held.floor[used].mean())
 
 
 def _measured_peaks(dataset: GapDataset, quality: Quality, observations: Observations) -> np.ndarray:

@@ -9,6 +9,7 @@ from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.sample import phase_end
+from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.space import component_of
 from acf_jax.diagnosis.validate import TIMING, HeldOut
 
@@ -39,6 +40,11 @@ class Form(NamedTuple):
 
 LAW = Form(0.03, 1.2, 0.04, 1.3)
 FREE = Form(0.1, 1.2, 0.4, 4.0)  # a free curve at a port
+
+
+def form_of(corrected: Fit) -> Form:
+    """How far off the form of a corrected model may be."""
+    return FREE if is_port(corrected.explanation) else LAW
 
 
 def force_shrinkage(

@@ -1,0 +1,56 @@
+"""What fits predict of conditions that they did not see, and what follows from it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from acf_jax.diagnosis.fit import Fit
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.score import is_port, port_shares
+from acf_jax.diagnosis.shrinkage import Shrinkage, force_shrinkage, form_of
+from acf_jax.diagnosis.space import Explanation
+from acf_jax.diagnosis.validate import HeldOut, hold_out
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """Predictions of one condition after the other by fits to the rest, each explanation's computed once."""
+
+    observations: Observations
+    measured_peak: np.ndarray  # (trials,) N
+    recalibrated: Fit
+    scattered: Fit  # says how much velocity, pretension and trigger really vary, see `hold_out`
+    seed: int  # of the bootstrap
+    known: dict[Explanation, HeldOut] = field(default_factory=dict)
+
+    def of(self, fitted: Fit) -> HeldOut:
+        """The predictions of a fit."""
+        if fitted.explanation not in self.known:
+            self.known[fitted.explanation] = hold_out(
+                self.observations, fitted, self.measured_peak, self.scattered
+            )
+        return self.known[fitted.explanation]
+
+    def shrinkage(self, corrected: Fit) -> Shrinkage | None:
+        """How far the gap of the recalibrated model shrinks with a corrected one."""
+        fits = self.recalibrated, corrected
+        held = self.of(self.recalibrated), self.of(corrected)
+        return force_shrinkage(self.observations, fits, held, form_of(corrected), self.seed)
+
+    @property
+    def is_gap_clear(self) -> bool:
+        """Whether the recalibrated model misses by more than what no model could predict."""
+        held, used = self.of(self.recalibrated), self.observations.traced
+        return bool((held.residual[used] ** 2).mean() > 2 * held.floor[used].mean())
+
+    def told_ports(self, fits: Sequence[Fit], probability: np.ndarray) -> np.ndarray:
+        """The probability of each fit, an unknown cause's shared out among the ports by what they predict."""
+        at_ports = [i for i, f in enumerate(fits) if is_port(f.explanation)]
+        recalibrated = self.of(self.recalibrated)
+        left = np.array([self.of(fits[i]).chi_square for i in at_ports])
+        told = probability.copy()
+        told[at_ports] = probability[at_ports].sum() * port_shares(
+            left, recalibrated.chi_square, int((recalibrated.floor > 0).sum())
+        )
+        return told
