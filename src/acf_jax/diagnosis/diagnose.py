@@ -1,7 +1,7 @@
 """The whole diagnosis: quality, fits, probabilities, held-out figures, what cannot be told apart, what to do next."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from acf_jax.diagnosis.score import (
 from acf_jax.diagnosis.search import Progress, fit_all, outliers
 from acf_jax.diagnosis.shrinkage import Shrinkage, form_of, peak_shrinkage
 from acf_jax.diagnosis.space import Explanation, parameters
-from acf_jax.diagnosis.trigger import trigger_scatter
+from acf_jax.diagnosis.trigger import with_scatter
 from acf_jax.diagnosis.unseen import Unseen
 from acf_jax.diagnosis.validate import GapFigures, HeldOut, figures, hold_out
 from acf_jax.diagnosis.verdict import judge, stands
@@ -82,15 +82,15 @@ def diagnose(
     """
     progress("looking at the data")
     quality = assess_dataset(dataset)
-    observations = observe(dataset, quality)
-    observations = replace(observations, trigger_std=trigger_scatter(observations))
+    observations = with_scatter(observe(dataset, quality))
     excluded = dict(quality.excluded)
     effects = [name for name in library() if name not in without]
     recalibrated, fits = fit_all(observations, effects, progress)
     left_out = outliers(observations, min(fits, key=lambda f: f.objective))
     if left_out:
         excluded |= left_out
-        observations = observations.subset(np.array([name not in left_out for name in observations.names]))
+        kept = np.array([name not in left_out for name in observations.names])
+        observations = with_scatter(observations.subset(kept))
         recalibrated, fits = fit_all(observations, effects, progress)
     fits = [recalibrated, *fits]
     probability = probabilities([evidence_of(f) for f in fits], observations.n_used)

@@ -35,10 +35,10 @@ class Weights:
     effect: float = 4.8  # cost of one effect, in log probability
     second: float = 4.8  # cost of each further one
     noise: float = 1.5  # further cost of one that finds something of its kind in any noise
-    port: float = 10.5  # cost of the free discrepancy at a port
+    port: float = 9.5  # cost of the free discrepancy at a port
     nameless: float = 12.4  # cost of a cause that neither the library nor the ports can imitate
     freedom: float = 9.0  # degrees of freedom of the Student prior of the rig's parameters
-    margin: float = 0.08  # by which the chi-square of a sample may exceed 1: noise is not known exactly
+    margin: float = 0.05  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
 
 WEIGHTS = Weights()

@@ -1,5 +1,7 @@
 """How far triggers scatter about their common time, told by repeats of a condition alone: no model is needed."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import helmert
 
@@ -8,6 +10,11 @@ from acf_jax.diagnosis.observe import TRIGGER, Observations, whiten
 SIZES = np.geomspace(0.02, TRIGGER, 33)  # that are tried, in sampling intervals
 ALLOWED = 2.0  # log likelihood by which the size taken is worse than the best: twice its standard deviation
 SAME = 0.01  # of an interval, to which repeats have to be sampled alike
+
+
+def with_scatter(observations: Observations) -> Observations:
+    """The same observations, with the scatter of their own triggers."""
+    return replace(observations, trigger_std=trigger_scatter(observations))
 
 
 def trigger_scatter(observations: Observations) -> float:
