@@ -14,6 +14,7 @@ GOALS = {
     "highest_process_force": "Highest process force",
     "widest_margin": "Widest margin",
 }
+ROUNDING = 1e-9  # what is left of a condition, or in N of the limit, below which only rounding is left
 
 
 def text(found: "Design") -> str:
@@ -41,10 +42,9 @@ def text(found: "Design") -> str:
         lines.append(f"the limit is not reached: {_why_not_reached(found)}")
     lines += ["", *_costs(found.sensitivities), "", f"search: {_search(found)}"]
     if found.residual is not None:
-        slack = max(found.slack, 0.0)
-        lines.append(
-            f"optimum: its conditions hold within {found.residual:.1g}, {slack:.1g} N of the limit are left"
-        )
+        within = "rounding" if found.residual < ROUNDING else f"{found.residual:.1g}"
+        slack = 0.0 if found.slack < ROUNDING else found.slack
+        lines.append(f"optimum: its conditions hold within {within}, {slack:.1g} N of the limit are left")
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines)
 

@@ -106,7 +106,8 @@ def _one(
     forces, grid, covariance, delay, diverges = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
-    read = np.clip(time - delay, 0.0, grid.steps * grid.h)  # when the sensor saw what it reads
+    # when the sensor saw what it reads: at first contact it has seen nothing, however early it seemed to read
+    read = np.where(time > 0, np.clip(time - delay, 0.0, grid.steps * grid.h), 0.0)
 
     def at(values: np.ndarray, when: np.ndarray) -> np.ndarray:
         between = np.maximum(at_times(values, when, grid.h, forces.contact[i]), 0.0)
