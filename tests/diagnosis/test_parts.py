@@ -251,5 +251,9 @@ def test_an_unknown_cause_acts_at_the_port_that_predicts_best() -> None:
     assert shares[1] > shares[3] > shares[0] > shares[2] == 0.0
 
 
+def test_the_port_stays_open_where_none_predicts_well() -> None:
+    assert port_shares(np.array([5000.0, 5200.0, 5500.0, 6000.0]), 4800.0, 100).max() < 0.5
+
+
 def test_ports_share_evenly_where_no_prediction_lasts() -> None:
     np.testing.assert_allclose(port_shares(np.full(4, np.inf), 9000.0, 1000), 0.25)

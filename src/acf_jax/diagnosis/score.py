@@ -90,17 +90,20 @@ def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WE
     chi2 = np.append([e.chi_square for e in evidence], noise)
     gap = chi2[0] - chi2.min()
     nu_noise = min(weights.nu_noise, samples / SAMPLES_A_PIECE)
-    misfit = _misfit(chi2, gap, samples, weights)
+    misfit = _misfit(chi2, weights.rho_squared * gap, samples, weights)
     misfit[0] = 0.5 * nu_noise * np.log1p(gap / nu_noise)
     strained = _strained(evidence, weights)
     costs = [cost(e.explanation, weights) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 
 
-def _misfit(chi2: np.ndarray, gap: float, samples: int, weights: Weights) -> np.ndarray:
-    """Log probability that each of several forms loses by what it leaves above the best one."""
+def _misfit(chi2: np.ndarray, wrong: float, samples: int, weights: Weights) -> np.ndarray:
+    """Log probability that each of several forms loses by what it leaves above the best one.
+
+    `wrong` is the chi-square that even the right form may leave.
+    """
     nu = min(weights.nu, samples / SAMPLES_A_PIECE)
-    return np.asarray(0.5 * nu * np.log1p((chi2 - chi2.min()) / (nu + weights.rho_squared * gap)))
+    return np.asarray(0.5 * nu * np.log1p((chi2 - chi2.min()) / (nu + wrong)))
 
 
 def _strained(evidence: Sequence[Evidence], weights: Weights) -> np.ndarray:
@@ -135,7 +138,9 @@ def port_shares(
     chi2 = np.where(np.isfinite(unseen), unseen, np.inf)
     if np.isinf(chi2).all():
         return np.full(len(chi2), 1 / len(chi2))
-    share = np.exp(-_misfit(chi2, max(recalibrated - chi2.min(), 0.0), samples, weights))
+    # where even the best one predicts badly, that it is the best says little
+    wrong = weights.rho_squared * max(recalibrated - chi2.min(), 0.0) + max(chi2.min() - samples, 0.0)
+    share = np.exp(-_misfit(chi2, wrong, samples, weights))
     return np.asarray(share / share.sum())
 
 

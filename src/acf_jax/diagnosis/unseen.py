@@ -45,10 +45,15 @@ class Unseen:
         return bool((held.residual[used] ** 2).mean() > 2 * held.floor[used].mean())
 
     def told_ports(self, fits: Sequence[Fit], probability: np.ndarray) -> np.ndarray:
-        """The probability of each fit, an unknown cause's shared out among the ports by what they predict."""
+        """The probability of each fit, an unknown cause's shared out among the ports by what they predict.
+
+        It is left as it was where none of them predicts better than the recalibrated model.
+        """
         at_ports = [i for i, f in enumerate(fits) if is_port(f.explanation)]
         recalibrated = self.of(self.recalibrated)
         left = np.array([self.of(fits[i]).chi_square for i in at_ports])
+        if not (left < recalibrated.chi_square).any():
+            return probability
         told = probability.copy()
         told[at_ports] = probability[at_ports].sum() * port_shares(
             left, recalibrated.chi_square, int((recalibrated.floor > 0).sum())
