@@ -77,9 +77,7 @@ def test_interpolation_ends_where_contact_is_lost(lost: float) -> None:
     np.testing.assert_allclose(reading, force(times) + 5.0, atol=1e-3)
 
 
-@pytest.mark.parametrize(
-    "steps", [0.05, 0.5, 1.0, 1.9]
-)  # of the grid, from the last sample to the loss of contact
+@pytest.mark.parametrize("steps", [0.05, 0.5, 1.0, 1.9])  # of the grid, from the last sample to the loss
 def test_a_loss_of_contact_right_behind_the_last_sample_is_told(steps: float) -> None:
     h, end = 2e-3, 0.0813
     lost = end + steps * h

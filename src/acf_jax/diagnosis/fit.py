@@ -16,9 +16,7 @@ from acf_jax.diagnosis.space import Coordinates, Explanation, component_of, coor
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
 STRIDE = 2.0  # sampling intervals of its longest step, where no sensor has a frequency of its own
-BEYOND = (
-    6  # steps of the grid after the last sample: as many as it takes to tell either side of a loss of contact
-)
+BEYOND = 6  # steps of the grid after the last sample, to tell either side of a loss of contact right there
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it is from the data
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration

@@ -15,9 +15,7 @@ LONGEST = 24.0  # of a trace that is compared, in units of 1/omega: about four p
 ONSET = (
     0.9  # samples nearer to first contact than this share of the interval are left out: the jump falls there
 )
-TRIGGER = (
-    0.5  # standard deviation of a trial's trigger time about the common one, in sampling intervals, at most
-)
+TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the common one, in sampling intervals
 SHARED_SIZE = 64  # whitening matrices are kept for lengths that are multiples of it
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 

@@ -55,7 +55,6 @@ class Unseen:
         if not (left < recalibrated.chi_square).any():
             return probability
         told = probability.copy()
-        told[at_ports] = probability[at_ports].sum() * port_shares(
-            left, recalibrated.chi_square, int((recalibrated.floor > 0).sum())
-        )
+        shares = port_shares(left, recalibrated.chi_square, self.observations.n_used)
+        told[at_ports] = probability[at_ports].sum() * shares
         return told
