@@ -28,7 +28,6 @@ from acf_jax.diagnosis.score import (
     credible_set,
     doubt,
     explanations,
-    port_shares,
     probabilities,
 )
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
@@ -147,15 +146,16 @@ def test_the_credible_set_is_the_smallest_that_holds_95_percent() -> None:
 
 
 def port(name: str, **values: float) -> list[float]:
-    """Parameters of a free discrepancy, zero where they are not given."""
-    return [values.get(p.name, 0.0) for p in every_effect()[name].parameters()]
+    """Parameters of a free discrepancy, strengths zero and shapes typical where they are not given."""
+    known = every_effect()[name].parameters()
+    return [values.get(p.name, p.scale if p.shape else 0.0) for p in known]
 
 
 def test_a_reading_may_have_a_kink() -> None:
     clipped = UnknownSensor(*map(jnp.asarray, port("unknown_sensor", beyond=-1.0, level_n=150.0)))
     for force, reading in ((100.0, 100.0), (150.0, 150.0), (400.0, 150.0)):
         f = jnp.asarray(force)
-        assert clipped.sense((f, f), jnp.asarray(1e-4), jnp.zeros(3))[1] == pytest.approx(reading)
+        assert clipped.sense((f, f), jnp.asarray(1e-4), jnp.zeros(4))[1] == pytest.approx(reading)
 
 
 def test_a_prediction_that_diverges_ends_and_says_so() -> None:
@@ -241,17 +241,3 @@ def test_no_explanation_is_certain_nor_are_the_ports_together() -> None:
     assert sum(s.probability for s in scored) == pytest.approx(1.0)
     doubted = doubt([Scored(("gravity",), 0.99), Scored((), 0.01)], 0.0)
     assert doubted[0].explanation == ("unknown",) and doubted[0].probability < 0.995
-
-
-def test_an_unknown_cause_acts_at_the_port_that_predicts_best() -> None:
-    shares = port_shares(np.array([1500.0, 1000.0, np.nan, 1020.0]), 9000.0, 1000)
-    assert shares.sum() == pytest.approx(1.0)
-    assert shares[1] > shares[3] > shares[0] > shares[2] == 0.0
-
-
-def test_the_port_stays_open_where_none_predicts_well() -> None:
-    assert port_shares(np.array([5000.0, 5200.0, 5500.0, 6000.0]), 4800.0, 100).max() < 0.5
-
-
-def test_ports_share_evenly_where_no_prediction_lasts() -> None:
-    np.testing.assert_allclose(port_shares(np.full(4, np.inf), 9000.0, 1000), 0.25)

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import ITERATIONS, Fit, fit
+from acf_jax.diagnosis.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.signature import Ground
@@ -16,6 +17,7 @@ from acf_jax.effects import library
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
 GLANCE = 6  # iterations after which fits that begin apart are compared
+ROUGHLY = 1e-4  # tolerance of a port's fit: a little more of chi-square says nothing of a free curve
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
 
 Result = TypeVar("Result")
@@ -34,10 +36,9 @@ def fit_single(ground: Ground, name: str) -> Fit:
     at the recalibrated model, and only the strongest at the prior, too. A port begins with its first start at the prior
     and with the one that promises most at the recalibrated model, so that it never explains less than that.
     """
-    observations, nominal = ground.observations, ground.fitted
     begins, promise = starts(name), ground.promise(name)
     if name in library():
-        near = begins if 2 * nominal.objective < LITTLE * observations.n_used else []
+        near = begins if _leaves_little(ground) else []
         far = begins[-1:] if near else begins
         near = [*near, promise.parameters.tolist()] if promise.gain > HINT else near
     else:
@@ -48,15 +49,18 @@ def fit_single(ground: Ground, name: str) -> Fit:
 def fit_further(ground: Ground, fitted: Fit) -> Fit:
     """The fit of a port, or a better one from its other starts, where it has any.
 
-    Where a kink lies, or how fast a ripple is, parts the valleys of its misfit. So fits from every start, at the prior
-    and at the recalibrated model, get a glance, and the best is carried on.
+    Where a kink lies, or how fast a ripple is, parts the valleys of its misfit. So fits from every start get a glance,
+    at the recalibrated model where that leaves little and else at the prior, and the best is carried on.
     """
     (name,) = fitted.explanation
     begins = starts(name)
-    if len(begins) == 1:
-        return fitted
-    ahead = best(_fits_from(ground, name, begins, begins, GLANCE))
+    far, near = ([], begins) if _leaves_little(ground) else (begins, [])
+    ahead = best(_fits_from(ground, name, far, near, GLANCE))
     return best([fitted, go_on(ground.observations, ahead)])
+
+
+def _leaves_little(ground: Ground) -> bool:
+    return 2 * ground.fitted.objective < LITTLE * ground.observations.n_used
 
 
 def _fits_from(
@@ -70,10 +74,14 @@ def _fits_from(
     observations, nominal = ground.observations, ground.fitted
     at_prior = [np.concatenate([observations.prior.values, start, [0.0]]) for start in far]
     at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]]) for start in near]
-    return [fit(observations, (name,), theta, iterations=iterations) for theta in at_prior] + [
-        fit(observations, (name,), theta, nominal.own, warm=True, iterations=iterations)
-        for theta in at_nominal
+    fit_it = partial(fit, observations, (name,), iterations=iterations, tolerance=_tolerance((name,)))
+    return [fit_it(theta) for theta in at_prior] + [
+        fit_it(theta, nominal.own, warm=True) for theta in at_nominal
     ]
+
+
+def _tolerance(explanation: Explanation) -> float:
+    return ROUGHLY if any(name in ports() for name in explanation) else TOLERANCE
 
 
 def fit_more(
@@ -100,7 +108,8 @@ def fit_more(
 
 def go_on(observations: Observations, fitted: Fit) -> Fit:
     """A fit that was ended early, carried on."""
-    return fit(observations, fitted.explanation, fitted.theta, fitted.own)
+    tolerance = _tolerance(fitted.explanation)
+    return fit(observations, fitted.explanation, fitted.theta, fitted.own, tolerance=tolerance)
 
 
 def best(fits: Iterable[Fit]) -> Fit:

@@ -102,12 +102,11 @@ def diagnose(
     measured = _measured_peaks(dataset, quality, observations)
     nominal = _unfitted(observations)
     unseen = Unseen(observations, measured, recalibrated, corrected, seed)
-    probability, corrected = _settled(fits, probability, scored[0].explanation, unseen)
     shrinkage = unseen.shrinkage(corrected)
     if shrinkage and shrinkage.ci95[1] < HOPEFUL and unseen.is_gap_clear:
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
-        probability, corrected = _settled(fits, probability, scored[0].explanation, unseen)
+        corrected = _corrected(fits, probability, scored[0].explanation)
         shrinkage = unseen.shrinkage(corrected)
     held = {
         "nominal": hold_out(observations, nominal, measured, unseen.scattered, refit=False),
@@ -154,15 +153,6 @@ def diagnose(
         excluded=excluded,
         warnings=(*quality.warnings, *_warnings(corrected)),
     )
-
-
-def _settled(
-    fits: Sequence[Fit], probability: np.ndarray, first: Explanation, unseen: Unseen
-) -> tuple[np.ndarray, Fit]:
-    """The probability of each fit and the corrected model, given the explanation that leads."""
-    if first == UNKNOWN:
-        probability = unseen.told_ports(fits, probability)
-    return probability, _corrected(fits, probability, first)
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:

@@ -21,6 +21,7 @@ PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this 
 COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it is from the data
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 ITERATIONS = 40  # of a fit, at most
+TOLERANCE = 1e-5  # share of the objective that an iteration has to gain
 STIFFEST = 1e4  # damping at which a step is too small to matter
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 
@@ -194,7 +195,7 @@ def fit(
     own: np.ndarray | None = None,
     warm: bool = False,
     iterations: int = ITERATIONS,
-    tolerance: float = 1e-5,
+    tolerance: float = TOLERANCE,
 ) -> Fit:
     """The most probable parameters from one start.
 

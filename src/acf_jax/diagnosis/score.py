@@ -29,15 +29,15 @@ class Weights:
     What the rig's own parameters had to leave their priors counts under a Student prior with heavy tails.
     """
 
-    nu: float = 12.0  # how many independent pieces a misfit of form has
-    nu_noise: float = 25.0  # the same for noise that is not as it is said to be
-    rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
+    nu: float = 24.0  # how many independent pieces a misfit of form has
+    nu_noise: float = 40.0  # the same for noise that is not as it is said to be
+    rho_squared: float = 0.022  # the share of the gap that a wrong form leaves
     effect: float = 4.8  # cost of one effect, in log probability
-    second: float = 4.8  # cost of each further one
-    noise: float = 1.5  # further cost of one that finds something of its kind in any noise
-    port: float = 9.5  # cost of the free discrepancy at a port
-    nameless: float = 12.4  # cost of a cause that neither the library nor the ports can imitate
-    freedom: float = 9.0  # degrees of freedom of the Student prior of the rig's parameters
+    second: float = 5.3  # cost of each further one
+    noise: float = 1.1  # further cost of one that finds something of its kind in any noise
+    port: float = 11.0  # cost of the free discrepancy at a port
+    nameless: float = 14.0  # cost of a cause that neither the library nor the ports can imitate
+    freedom: float = 8.5  # degrees of freedom of the Student prior of the rig's parameters
     margin: float = 0.05  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
 
@@ -88,22 +88,21 @@ def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WE
     """
     noise = samples * (1 + weights.margin + 3 * np.sqrt(2 / samples))
     chi2 = np.append([e.chi_square for e in evidence], noise)
-    gap = chi2[0] - chi2.min()
-    nu_noise = min(weights.nu_noise, samples / SAMPLES_A_PIECE)
-    misfit = _misfit(chi2, weights.rho_squared * gap, samples, weights)
-    misfit[0] = 0.5 * nu_noise * np.log1p(gap / nu_noise)
+    gap, excess = chi2[0] - chi2.min(), chi2 - chi2.min()
+    misfit = _misfit(excess, weights.rho_squared * gap, weights.nu, samples)
+    misfit[0] = _misfit(gap, 0.0, weights.nu_noise, samples)
     strained = _strained(evidence, weights)
     costs = [cost(e.explanation, weights) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 
 
-def _misfit(chi2: np.ndarray, wrong: float, samples: int, weights: Weights) -> np.ndarray:
-    """Log probability that each of several forms loses by what it leaves above the best one.
+def _misfit(excess: np.ndarray, wrong: float, nu: float, samples: int) -> np.ndarray:
+    """Log probability that a form loses by the chi-square that it leaves above the best one.
 
-    `wrong` is the chi-square that even the right form may leave.
+    `wrong` is the chi-square that even the right form may leave, `nu` how many independent pieces of it there are.
     """
-    nu = min(weights.nu, samples / SAMPLES_A_PIECE)
-    return np.asarray(0.5 * nu * np.log1p((chi2 - chi2.min()) / (nu + wrong)))
+    pieces = min(nu, samples / SAMPLES_A_PIECE)
+    return np.asarray(0.5 * pieces * np.log1p(excess / (pieces + wrong)))
 
 
 def _strained(evidence: Sequence[Evidence], weights: Weights) -> np.ndarray:
@@ -120,28 +119,13 @@ def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights =
     named = p[:-1]
     at_ports = np.array([is_port(e.explanation) for e in evidence])
     if at_ports.any():
-        # where the nameless cause acts is told by how well each port fits; what its rig had to do for that says little
-        fitting = (score[:-1] + _strained(evidence, weights))[at_ports]
-        share = np.exp(fitting - fitting.max())
-        named[at_ports] += p[-1] * share / share.sum()
+        # where an unknown cause acts is told by how well each port fits; what its rig had to do for that says little
+        chi2 = np.array([e.chi_square for e in evidence])
+        left = chi2[at_ports]
+        wrong = weights.rho_squared * (chi2[0] - left.min())
+        share = np.exp(-_misfit(left - left.min(), max(wrong, 0.0), weights.nu, samples))
+        named[at_ports] = (named[at_ports].sum() + p[-1]) * share / share.sum()
     return _capped(named / named.sum())
-
-
-def port_shares(
-    unseen: np.ndarray, recalibrated: float, samples: int, weights: Weights = WEIGHTS
-) -> np.ndarray:
-    """Probability that an unknown cause acts at each port, shape (ports,), by what each one predicts.
-
-    **Arguments:** `unseen`, `recalibrated`: chi-square on conditions that the fit did not see, of each port (not finite
-    where its prediction broke down) and of the recalibrated model.
-    """
-    chi2 = np.where(np.isfinite(unseen), unseen, np.inf)
-    if np.isinf(chi2).all():
-        return np.full(len(chi2), 1 / len(chi2))
-    # where even the best one predicts badly, that it is the best says little
-    wrong = weights.rho_squared * max(recalibrated - chi2.min(), 0.0) + max(chi2.min() - samples, 0.0)
-    share = np.exp(-_misfit(chi2, wrong, samples, weights))
-    return np.asarray(share / share.sum())
 
 
 def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:

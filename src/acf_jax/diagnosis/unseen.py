@@ -1,13 +1,11 @@
 """What fits predict of conditions that they did not see, and what follows from it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.score import is_port, port_shares
 from acf_jax.diagnosis.shrinkage import Shrinkage, force_shrinkage, form_of
 from acf_jax.diagnosis.space import Explanation
 from acf_jax.diagnosis.validate import HeldOut, hold_out
@@ -43,18 +41,3 @@ class Unseen:
         """Whether the recalibrated model misses by more than what no model could predict."""
         held, used = self.of(self.recalibrated), self.observations.traced
         return bool((held.residual[used] ** 2).mean() > 2 * held.floor[used].mean())
-
-    def told_ports(self, fits: Sequence[Fit], probability: np.ndarray) -> np.ndarray:
-        """The probability of each fit, an unknown cause's shared out among the ports by what they predict.
-
-        It is left as it was where none of them predicts better than the recalibrated model.
-        """
-        at_ports = [i for i, f in enumerate(fits) if is_port(f.explanation)]
-        recalibrated = self.of(self.recalibrated)
-        left = np.array([self.of(fits[i]).chi_square for i in at_ports])
-        if not (left < recalibrated.chi_square).any():
-            return probability
-        told = probability.copy()
-        shares = port_shares(left, recalibrated.chi_square, self.observations.n_used)
-        told[at_ports] = probability[at_ports].sum() * shares
-        return told

@@ -1,33 +1,57 @@
 import jax.numpy as jnp
 
-from acf_jax.effects import AbstractEffect, Motion, strength
+from acf_jax.effects import AbstractEffect, Motion, shape, strength
 from acf_jax.effects._interface import Scalar
+from acf_jax.model import Impact
 
-X_0, V_0, T_0 = 1e-3, 0.1, 1e-2  # m, m/s, s: an impact's typical stroke, speed and duration
+X_0, V_0 = 1e-3, 0.1  # m, m/s: an impact's typical stroke and speed
 
 
 class UnknownActuator(AbstractEffect):
-    """A force on the flange mass as a free function of its motion and of time: polynomial and dry-friction terms."""
+    """A force on the flange mass as a free function of its motion and of time.
+
+    Polynomials of the stroke with a kink, dry friction, forces that come with time, and a flange that is held, as by a
+    stop or by stiction, until the contact force exceeds the pretension.
+    """
 
     component = "actuator"
     title = "Unknown cause at the actuator"
 
-    constant_n: Scalar = strength("N", -300.0, 300.0, (1.0,), 10.0, "constant")
-    pretension_share: Scalar = strength("1", -2.0, 2.0, (0.02,), 0.15, "in proportion to the pretension")
-    stroke_2_n: Scalar = strength("N", -2e3, 2e3, (1.0,), 15.0, "at 1 mm, with the square of the stroke")
+    constant_n: Scalar = strength("N", -300.0, 300.0, (1.0, 0.0, 0.0, 0.0), 10.0, "constant")
+    pretension_share: Scalar = strength(
+        "1", -2.0, 2.0, (0.02, 0.0, 0.0, 0.0), 0.15, "in proportion to the pretension"
+    )
+    stroke_2_n: Scalar = strength(
+        "N", -2e3, 2e3, (1.0, 0.0, 0.0, 0.0), 15.0, "at 1 mm, with the square of the stroke"
+    )
     stroke_3_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 15.0, "at 1 mm, with the cube of the stroke")
     near_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 10.0, "with the stroke up to 0.3 mm")
-    dry_n: Scalar = strength("N", -300.0, 300.0, (1.0,), 10.0, "with the sign of the speed")
+    dry_n: Scalar = strength("N", -300.0, 300.0, (1.0, 0.0, 0.0, 0.0), 10.0, "with the sign of the speed")
     speed_2_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 10.0, "at 0.1 m/s, with the square of the speed")
-    growing_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 10.0, "after 10 ms, with time")
-    regulation_share: Scalar = strength("1", -5.0, 5.0, (0.0,), 0.15, "after 10 ms, with time and pretension")
+    growing_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 10.0, "that comes with time")
+    regulation_share: Scalar = strength("1", -5.0, 5.0, (0.0,), 0.15, "share of the pretension, with time")
+    held_share: Scalar = strength(
+        "1", 0.0, 1.0, (0.0, 0.5, 0.0, 0.0), 0.5, "share of the pretension that holds the flange"
+    )
+    beyond_n: Scalar = strength(
+        "N", -2e3, 2e3, (0.0, 0.0, -5.0, -5.0), 15.0, "for each millimetre beyond a level"
+    )
+    level_m: Scalar = shape("m", 5e-5, 2e-2, (1e-3, 1e-3, 5e-4, 2e-3), "that level")
+    time_s: Scalar = shape("s", 5e-4, 0.1, (1e-2,), "time constant of what comes with time")
+
+    def initial_relief(self, impact: Impact) -> Scalar:
+        return self.held_share * impact.f_p
+
+    def release_force(self, impact: Impact) -> Scalar:
+        return jnp.where(self.held_share > 0, impact.f_p, -jnp.inf)
 
     def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
-        x, v, t = motion.x / X_0, motion.x_dot / V_0, motion.t / T_0
+        x, v = motion.x / X_0, motion.x_dot / V_0
         f_p = motion.impact.f_p
         of_stroke = (
             self.stroke_2_n * x * jnp.abs(x) + self.stroke_3_n * x**3 + self.near_n * jnp.tanh(x / 0.3)
         )
         of_speed = -self.dry_n * jnp.tanh(v / 0.02) - self.speed_2_n * v * jnp.abs(v)
-        of_time = (self.growing_n + self.regulation_share * f_p) * t
-        return self.constant_n + self.pretension_share * f_p + of_stroke + of_speed + of_time
+        of_kink = self.beyond_n * jnp.maximum(x - self.level_m / X_0, 0.0)
+        of_time = (self.growing_n + self.regulation_share * f_p) * (1 - jnp.exp(-motion.t / self.time_s))
+        return self.constant_n + self.pretension_share * f_p + of_stroke + of_kink + of_speed + of_time

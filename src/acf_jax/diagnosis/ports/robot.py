@@ -5,51 +5,92 @@ from acf_jax.effects._interface import Scalar
 from acf_jax.model import Impact, Rig
 
 T_0, F_0 = 1e-2, 100.0  # s, N: an impact's typical duration and force
+OF_TIME = (1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # which starts move with time,
+YIELD = (0.1, 0.1, 3.0, 3.0, 0.0, 3.0, 0.0)  # which yield, and whether only up to a level,
+STOPS = (0.0, 0.0, 0.0, 0.0, 0.0, -3.0, 0.0)
+CREEP = (
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    3.0,
+    0.0,
+    0.0,
+)  # and which go on yielding, from the first force or from a level on
+FROM = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0)
+HZ, ZETA = (150.0, 150.0, 40.0, 12.0, 40.0, 100.0, 150.0), (1.0, 1.0, 0.1, 0.1, 1.0, 0.5, 1.0)
+
+
+def _of(starts: tuple[float, ...], unit: float) -> tuple[float, ...]:
+    return tuple(unit * start for start in starts)
 
 
 class UnknownRobot(AbstractEffect):
     """A displacement of the robot as a free function of time, contact velocity and the contact force before.
 
-    Polynomials, and a ripple of one frequency in phase with the contact.
+    Polynomials from a time t_0 on, and a ripple of one frequency in phase with the contact. The force is seen through
+    any second-order dynamics: the robot yields to it and goes on yielding, up to a level of it or from there on.
     """
 
     component = "robot"
     title = "Unknown cause at the robot"
-    n_own = 4
+    n_own = 5
 
-    time_2_m: Scalar = strength("m", -0.5, 0.5, (1e-5,), 1e-4, "after 10 ms, with the square of time")
-    time_3_m: Scalar = strength("m", -0.5, 0.5, (0.0,), 1e-4, "after 10 ms, with the cube of time")
+    time_2_m: Scalar = strength(
+        "m", -0.5, 0.5, _of(OF_TIME, 1e-5), 1e-4, "10 ms after t_0, with the square of time"
+    )
+    time_3_m: Scalar = strength("m", -0.5, 0.5, (0.0,), 1e-4, "10 ms after t_0, with the cube of time")
     speed_2: Scalar = strength(
-        "1", -5.0, 5.0, (1e-2,), 0.1, "share of v t, after 10 ms, with the square of time"
+        "1", -5.0, 5.0, _of(OF_TIME, 1e-2), 0.1, "share of v t, 10 ms after t_0, with the square of time"
     )
-    yield_m: Scalar = strength("m", -0.05, 0.05, (1e-5,), 1e-4, "lagging 2 ms behind 100 N of contact force")
-    slow_m: Scalar = strength("m", -0.5, 0.5, (0.0,), 1e-4, "after 10 ms of 100 N, with the impulse")
+    yield_m: Scalar = strength("m", -0.05, 0.05, _of(YIELD, 1e-4), 1e-4, "under 100 N")
+    yield_beyond_m: Scalar = strength("m", -0.05, 0.05, _of(STOPS, 1e-4), 1e-4, "under 100 N beyond a level")
+    slow_m: Scalar = strength("m", -0.5, 0.5, _of(CREEP, 1e-4), 1e-4, "after 10 ms under 100 N")
+    slow_beyond_m: Scalar = strength(
+        "m", -0.5, 0.5, _of(FROM, 1e-4), 1e-4, "after 10 ms under 100 N beyond a level"
+    )
     inertia_m: Scalar = strength(
-        "m", -0.5, 0.5, (0.0,), 1e-4, "after 10 ms of 100 N, with the second integral"
+        "m", -0.5, 0.5, (0.0,), 1e-4, "after 10 ms under 100 N, with the square of time"
     )
-
-    sine_m: Scalar = strength("m", -0.05, 0.05, (1e-6,), 2e-5, "ripple, sine")
+    sine_m: Scalar = strength("m", -0.05, 0.05, _of(OF_TIME, 1e-6), 2e-5, "ripple, sine")
     cosine_m: Scalar = strength("m", -0.05, 0.05, (0.0,), 2e-5, "ripple, cosine")
-    ripple_hz: Scalar = shape("Hz", 20.0, 1000.0, (100.0, 300.0), "frequency of the ripple")
+
+    ripple_hz: Scalar = shape("Hz", 20.0, 1000.0, (100.0, 300.0, *[100.0] * 5), "frequency of the ripple")
+    frequency_hz: Scalar = shape("Hz", 3.0, 500.0, HZ, "natural frequency of the dynamics")
+    damping_ratio: Scalar = shape("1", 0.02, 3.0, ZETA, "their damping ratio")
+    level_n: Scalar = shape("N", 10.0, 2e3, (100.0,), "that level")
+    delay_s: Scalar = shape("s", 1e-5, 0.03, (1e-4,), "t_0")
 
     def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
-        tau = t / T_0
-        of_time = self.time_2_m * tau**2 + self.time_3_m * tau**3 + self.speed_2 * impact.v_e * t * tau
+        since = jnp.maximum(t - self.delay_s, 0.0)
+        tau = since / T_0
+        of_time = self.time_2_m * tau**2 + self.time_3_m * tau**3 + self.speed_2 * impact.v_e * since * tau
+        time_rate = (
+            2 * self.time_2_m * tau + 3 * self.time_3_m * tau**2 + 2 * self.speed_2 * impact.v_e * since
+        ) / T_0
         w = 2 * jnp.pi * self.ripple_hz
         sine, cosine = jnp.sin(w * t), jnp.cos(w * t)
         ripple = self.sine_m * sine + self.cosine_m * (cosine - 1)
         ripple_rate = w * (self.sine_m * cosine - self.cosine_m * sine)
-        rate = (
-            2 * self.time_2_m * tau + 3 * self.time_3_m * tau**2 + 2 * self.speed_2 * impact.v_e * t
+        seen, seen_rate, impulse, impulse_beyond, second = own
+        beyond = self._beyond(seen)
+        of_force = (
+            self.yield_m * seen
+            + self.yield_beyond_m * beyond
+            + self.slow_m * impulse
+            + self.slow_beyond_m * impulse_beyond
+            + self.inertia_m * second
+        )
+        force_rate = (self.yield_m + self.yield_beyond_m * (beyond > 0)) * seen_rate + (
+            self.slow_m * seen + self.slow_beyond_m * beyond + self.inertia_m * impulse
         ) / T_0
-        lagged, impulse, second, lagged_rate = own
-        of_force = -self.yield_m * lagged - self.slow_m * impulse - self.inertia_m * second
-        force_rate = -self.yield_m * lagged_rate - self.inertia_m * impulse / T_0
-        return of_time + of_force + ripple, rate + force_rate + ripple_rate
+        return of_time + ripple - of_force, time_rate + ripple_rate - force_rate
 
     def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        force = motion.f_c / F_0
-        lag = T_0 / 5 / 2  # two lags in series make a yield of 2 ms with a continuous rate
-        lagged, impulse, _, lagged_rate = own
-        lagged_ddot = (force - lagged - 2 * lag * lagged_rate) / lag**2
-        return jnp.stack([lagged_rate, force / T_0, impulse / T_0, lagged_ddot])
+        omega = 2 * jnp.pi * self.frequency_hz
+        seen, seen_rate, impulse, *_ = own
+        seen_ddot = omega**2 * (motion.f_c / F_0 - seen) - 2 * self.damping_ratio * omega * seen_rate
+        return jnp.stack([seen_rate, seen_ddot, seen / T_0, self._beyond(seen) / T_0, impulse / T_0])
+
+    def _beyond(self, seen: Scalar) -> Scalar:
+        return jnp.maximum(seen - self.level_n / F_0, 0.0)

@@ -4,50 +4,62 @@ import jax.numpy as jnp
 from acf_jax.diagnosis.ports._continued import continued
 from acf_jax.effects import AbstractEffect, shape, strength
 from acf_jax.effects._interface import Scalar
+from acf_jax.effects._oscillator import follow
 
 F_0 = 100.0  # N, an impact's typical force
-LAG = 5e-4  # s
 LAST = (0.2, 0.01)  # shares of the tried range whose slope goes on: a sensor shows its limit at the very end
 STEEPEST = 1.0  # N of reading in addition for each newton of force beyond the reach
 KINKS = (50.0, 90.0, 160.0, 280.0, 500.0, 900.0)  # N, where fits look for one
-NO_KINK = [0.0] * len(KINKS)
+HZ, ZETA = (60.0, 250.0, 600.0, 1200.0), (1.0, 0.05, 0.05, 0.05)  # where fits look for dynamics
+NO_KINK, NO_MODE = [0.0] * len(KINKS), [0.0] * len(HZ)
 
 
 class UnknownSensor(AbstractEffect):
-    """A reading as a free function of the force, its short past, its rate of change and the force at first contact.
+    """A reading as a free function of the force, its short past, its integral and its value at first contact.
 
     The function of the force is a polynomial with a kink, as where a sensor or its amplifier leaves its range. Above
-    the reach it goes on straight, and the reading neither falls nor grows more than twice as fast as the force.
+    the reach it goes on straight, and the reading neither falls nor grows more than twice as fast as the force. The
+    short past is seen through any second-order dynamics, from two lags to a resonance.
     """
 
     component = "sensor"
     title = "Unknown cause at the sensor"
-    n_memory = 3
+    n_memory = 4
 
-    gain: Scalar = strength("1", -0.8, 3.0, (0.02, *NO_KINK), 0.1, "in proportion to the force")
+    gain: Scalar = strength("1", -0.8, 3.0, (0.02, *NO_KINK, *NO_MODE), 0.1, "in proportion to the force")
     square_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "at 100 N, with the square of the force")
     cube_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 3.0, "at 100 N, with the cube of the force")
-    lagging: Scalar = strength("1", -2.0, 2.0, (0.02, *NO_KINK), 0.2, "share that lags by 0.5 ms")
-    rate_s: Scalar = strength("s", -5e-3, 5e-3, (0.0,), 1e-4, "with the rate of change of the lagging force")
+    lagging: Scalar = strength(
+        "1", -2.0, 2.0, (0.02, *NO_KINK, *[0.5] * len(HZ)), 0.2, "share that passes through dynamics"
+    )
+    rate_s: Scalar = strength("s", -5e-3, 5e-3, (0.0,), 1e-4, "with the rate of change of what passed")
     drift_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "with the integral of the force, per 1 N s")
     offset_n: Scalar = strength("N", -200.0, 200.0, (0.0,), 2.0, "constant while in contact")
 
     first: Scalar = strength("1", -2.0, 2.0, (0.0,), 0.05, "in proportion to the force at first contact")
     beyond: Scalar = strength(
-        "1", -3.0, 3.0, (0.0, *[0.02] * len(KINKS)), 0.3, "in proportion to the force beyond a level"
+        "1",
+        -3.0,
+        3.0,
+        (0.0, *[0.02] * len(KINKS), *NO_MODE),
+        0.3,
+        "in proportion to the force beyond a level",
     )
-    level_n: Scalar = shape("N", 10.0, 5e3, (150.0, *KINKS), "that level")
+    level_n: Scalar = shape("N", 10.0, 5e3, (150.0, *KINKS, *[150.0] * len(HZ)), "that level")
+    frequency_hz: Scalar = shape(
+        "Hz", 20.0, 4000.0, (300.0, *[300.0] * len(KINKS), *HZ), "natural frequency of the dynamics"
+    )
+    damping_ratio: Scalar = shape("1", 0.005, 5.0, (1.0, *[1.0] * len(KINKS), *ZETA), "their damping ratio")
 
     reach: Scalar = eqx.field(converter=jnp.asarray, default=jnp.inf)  # N, largest force that was tried
 
     def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:
-        decay = jnp.exp(-h / LAG)
-        lagged = decay * memory[0] + (1 - decay) * (f[0] + f[1]) / 2
-        impulse = memory[1] + h * (f[0] + f[1]) / 2
+        passed = follow(f, h, 2 * jnp.pi * self.frequency_hz, self.damping_ratio, memory[:2])
+        impulse = memory[2] + h * (f[0] + f[1]) / 2
         static = continued(self._static, f[1], self.reach, LAST, STEEPEST)
-        past = (self.lagging + self.rate_s / LAG) * (lagged - f[1]) + self.drift_n * impulse
-        first = jnp.where(memory[2] == 0.0, f[1], memory[2])
-        return jnp.stack([lagged, impulse, first]), f[1] + static + past + self.first * first
+        past = self.lagging * (passed[0] - f[1]) + self.rate_s * passed[1] + self.drift_n * impulse
+        first = jnp.where(memory[3] == 0.0, f[1], memory[3])
+        return jnp.stack([*passed, impulse, first]), f[1] + static + past + self.first * first
 
     def _static(self, f: Scalar) -> Scalar:
         u = f / F_0
