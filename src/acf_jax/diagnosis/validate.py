@@ -32,12 +32,6 @@ class HeldOut:
         """(trials, n) N^2, squared error beyond what no model can predict."""
         return self.residual**2 - self.floor
 
-    @property
-    def chi_square(self) -> float:
-        """Squared error in units of what no model can predict, summed over all compared samples."""
-        used = self.floor > 0
-        return float((self.residual[used] ** 2 / self.floor[used]).sum())
-
 
 def hold_out(
     observations: Observations,

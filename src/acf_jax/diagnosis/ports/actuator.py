@@ -1,10 +1,17 @@
 import jax.numpy as jnp
 
+from acf_jax.diagnosis.ports._starts import beginning
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
 from acf_jax.effects._interface import Scalar
 from acf_jax.model import Impact
 
 X_0, V_0 = 1e-3, 0.1  # m, m/s: an impact's typical stroke and speed
+STARTS = (
+    {"constant_n": 1.0, "pretension_share": 0.02, "stroke_2_n": 1.0, "dry_n": 1.0},
+    {"held_share": 0.5},
+    *({"beyond_n": -5.0, "level_m": level} for level in (5e-4, 2e-3)),
+)
+_from = beginning(STARTS)
 
 
 class UnknownActuator(AbstractEffect):
@@ -17,26 +24,24 @@ class UnknownActuator(AbstractEffect):
     component = "actuator"
     title = "Unknown cause at the actuator"
 
-    constant_n: Scalar = strength("N", -300.0, 300.0, (1.0, 0.0, 0.0, 0.0), 10.0, "constant")
+    constant_n: Scalar = strength("N", -300.0, 300.0, _from("constant_n"), 10.0, "constant")
     pretension_share: Scalar = strength(
-        "1", -2.0, 2.0, (0.02, 0.0, 0.0, 0.0), 0.15, "in proportion to the pretension"
+        "1", -2.0, 2.0, _from("pretension_share"), 0.15, "in proportion to the pretension"
     )
     stroke_2_n: Scalar = strength(
-        "N", -2e3, 2e3, (1.0, 0.0, 0.0, 0.0), 15.0, "at 1 mm, with the square of the stroke"
+        "N", -2e3, 2e3, _from("stroke_2_n"), 15.0, "at 1 mm, with the square of the stroke"
     )
     stroke_3_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 15.0, "at 1 mm, with the cube of the stroke")
     near_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 10.0, "with the stroke up to 0.3 mm")
-    dry_n: Scalar = strength("N", -300.0, 300.0, (1.0, 0.0, 0.0, 0.0), 10.0, "with the sign of the speed")
+    dry_n: Scalar = strength("N", -300.0, 300.0, _from("dry_n"), 10.0, "with the sign of the speed")
     speed_2_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 10.0, "at 0.1 m/s, with the square of the speed")
     growing_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 10.0, "that comes with time")
     regulation_share: Scalar = strength("1", -5.0, 5.0, (0.0,), 0.15, "share of the pretension, with time")
     held_share: Scalar = strength(
-        "1", 0.0, 1.0, (0.0, 0.5, 0.0, 0.0), 0.5, "share of the pretension that holds the flange"
+        "1", 0.0, 1.0, _from("held_share"), 0.5, "share of the pretension that holds the flange"
     )
-    beyond_n: Scalar = strength(
-        "N", -2e3, 2e3, (0.0, 0.0, -5.0, -5.0), 15.0, "for each millimetre beyond a level"
-    )
-    level_m: Scalar = shape("m", 5e-5, 2e-2, (1e-3, 1e-3, 5e-4, 2e-3), "that level")
+    beyond_n: Scalar = strength("N", -2e3, 2e3, _from("beyond_n"), 15.0, "for each millimetre beyond a level")
+    level_m: Scalar = shape("m", 5e-5, 2e-2, _from("level_m", 1e-3), "that level")
     time_s: Scalar = shape("s", 5e-4, 0.1, (1e-2,), "time constant of what comes with time")
 
     def initial_relief(self, impact: Impact) -> Scalar:

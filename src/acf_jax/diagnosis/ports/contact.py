@@ -2,6 +2,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from acf_jax.diagnosis.ports._continued import continued
+from acf_jax.diagnosis.ports._starts import beginning
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
 from acf_jax.effects._interface import Scalar
 
@@ -10,12 +11,15 @@ WIDTH = 50.0  # N, within which a step of the contact's law happens
 LAST = (0.2,)  # share of the tried range whose slope goes on beyond it
 STEEPEST = 5.0  # N in addition for each newton of the linear contact beyond the reach
 LEVELS = (50.0, 90.0, 160.0, 280.0, 500.0, 900.0)  # N, where fits look for a kink
-# where fits begin: curve and rate; a kink; flow beyond a level; dynamics; a pad of its own mass
-CURVE = (1.0, *[0.0] * 12)
-KINK, FLOW = (0.0, *[1.0] * 6, *[0.0] * 6), (*[0.0] * 7, 100.0, 100.0, *[0.0] * 4)
-LEVEL = (200.0, *LEVELS, 80.0, 160.0, *[200.0] * 4)
-PASSING, PAD = (*[0.0] * 9, 0.2, 0.2, 0.0, 0.0), (*[0.0] * 11, 0.2, 0.2)
-HZ, ZETA = (*[100.0] * 9, 30.0, 200.0, 150.0, 400.0), (*[1.0] * 9, 1.5, 0.1, 0.05, 0.05)
+STARTS = (
+    {"square_n": 1.0, "step_100_n": 1.0, "rate_n": 1.0},
+    *({"beyond": 1.0, "level_n": level} for level in LEVELS),
+    *({"flow_per_s": 100.0, "level_n": level} for level in (80.0, 160.0)),
+    {"passing": 0.2, "frequency_hz": 30.0, "damping_ratio": 1.5},
+    {"passing": 0.2, "frequency_hz": 200.0, "damping_ratio": 0.1},
+    *({"pad_kg": 0.2, "frequency_hz": hz, "damping_ratio": 0.05} for hz in (150.0, 400.0)),
+)
+_from = beginning(STARTS)
 
 
 class UnknownContact(AbstractEffect):
@@ -31,27 +35,35 @@ class UnknownContact(AbstractEffect):
     title = "Unknown cause at the contact"
     n_own = 5
 
-    square_n: Scalar = strength("N", -5e3, 5e3, CURVE, 10.0, "at 100 N, with the square of the force")
+    square_n: Scalar = strength(
+        "N", -5e3, 5e3, _from("square_n"), 10.0, "at 100 N, with the square of the force"
+    )
     cube_n: Scalar = strength("N", -5e3, 5e3, (0.0,), 5.0, "at 100 N, with the cube of the force")
-    step_100_n: Scalar = strength("N", -5e3, 5e3, CURVE, 10.0, "half a step at 100 N")
+    step_100_n: Scalar = strength("N", -5e3, 5e3, _from("step_100_n"), 10.0, "half a step at 100 N")
     step_175_n: Scalar = strength("N", -5e3, 5e3, (0.0,), 10.0, "half a step at 175 N")
     step_250_n: Scalar = strength("N", -5e3, 5e3, (0.0,), 10.0, "half a step at 250 N")
-    rate_n: Scalar = strength("N", -5e3, 5e3, CURVE, 10.0, "at 0.1 m/s, with the rate")
+    rate_n: Scalar = strength("N", -5e3, 5e3, _from("rate_n"), 10.0, "at 0.1 m/s, with the rate")
     rate_2_n: Scalar = strength("N", -5e3, 5e3, (0.0,), 10.0, "at 0.1 m/s, with the square of the rate")
     dry_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "with the sign of the rate, at 100 N")
     product_n: Scalar = strength("N", -5e3, 5e3, (0.0,), 5.0, "at 100 N and 0.1 m/s, with rate times force")
-    beyond: Scalar = strength("1", -1.0, 20.0, KINK, 0.3, "in proportion to the force beyond a level")
-    passing: Scalar = strength("1", -8.0, 8.0, PASSING, 0.3, "share that passes through dynamics")
+    beyond: Scalar = strength(
+        "1", -1.0, 20.0, _from("beyond"), 0.3, "in proportion to the force beyond a level"
+    )
+    passing: Scalar = strength("1", -8.0, 8.0, _from("passing"), 0.3, "share that passes through dynamics")
     passing_rate_s: Scalar = strength("s", -1e-1, 1e-1, (0.0,), 1e-3, "with the rate of what passed")
-    flow_per_s: Scalar = strength("1/s", 0.0, 5e3, FLOW, 100.0, "rate of flow, of the force beyond a level")
-    pad_kg: Scalar = strength("kg", 0.0, 3.0, PAD, 0.3, "mass of the pad")
+    flow_per_s: Scalar = strength(
+        "1/s", 0.0, 5e3, _from("flow_per_s"), 100.0, "rate of flow, of the force beyond a level"
+    )
+    pad_kg: Scalar = strength("kg", 0.0, 3.0, _from("pad_kg"), 0.3, "mass of the pad")
 
-    level_n: Scalar = shape("N", 10.0, 5e3, LEVEL, "that level")
+    level_n: Scalar = shape("N", 10.0, 5e3, _from("level_n", 200.0), "that level")
     hardening: Scalar = shape(
         "1", 0.01, 10.0, (0.3,), "by which share of the force that has flown the level grows"
     )
-    frequency_hz: Scalar = shape("Hz", 5.0, 1500.0, HZ, "natural frequency of dynamics and pad")
-    damping_ratio: Scalar = shape("1", 0.01, 5.0, ZETA, "their damping ratio")
+    frequency_hz: Scalar = shape(
+        "Hz", 5.0, 1500.0, _from("frequency_hz", 100.0), "natural frequency of dynamics and pad"
+    )
+    damping_ratio: Scalar = shape("1", 0.01, 5.0, _from("damping_ratio", 1.0), "their damping ratio")
 
     reach: Scalar = eqx.field(converter=jnp.asarray, default=jnp.inf)  # N, largest u that was tried
 

@@ -1,28 +1,22 @@
 import jax.numpy as jnp
 
+from acf_jax.diagnosis.ports._starts import beginning
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
 from acf_jax.effects._interface import Scalar
 from acf_jax.model import Impact, Rig
 
 T_0, F_0 = 1e-2, 100.0  # s, N: an impact's typical duration and force
-OF_TIME = (1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # which starts move with time,
-YIELD = (0.1, 0.1, 3.0, 3.0, 0.0, 3.0, 0.0)  # which yield, and whether only up to a level,
-STOPS = (0.0, 0.0, 0.0, 0.0, 0.0, -3.0, 0.0)
-CREEP = (
-    0.0,
-    0.0,
-    0.0,
-    0.0,
-    3.0,
-    0.0,
-    0.0,
-)  # and which go on yielding, from the first force or from a level on
-FROM = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0)
-HZ, ZETA = (150.0, 150.0, 40.0, 12.0, 40.0, 100.0, 150.0), (1.0, 1.0, 0.1, 0.1, 1.0, 0.5, 1.0)
-
-
-def _of(starts: tuple[float, ...], unit: float) -> tuple[float, ...]:
-    return tuple(unit * start for start in starts)
+MOVING = {"time_2_m": 1e-5, "speed_2": 1e-2, "yield_m": 1e-5, "sine_m": 1e-6}
+STARTS = (
+    MOVING,
+    MOVING | {"ripple_hz": 300.0},
+    {"yield_m": 3e-4, "frequency_hz": 40.0, "damping_ratio": 0.1},
+    {"yield_m": 3e-4, "frequency_hz": 12.0, "damping_ratio": 0.1},
+    {"slow_m": 3e-4, "frequency_hz": 40.0},
+    {"yield_m": 3e-4, "yield_beyond_m": -3e-4, "frequency_hz": 100.0, "damping_ratio": 0.5},
+    {"slow_beyond_m": 3e-4},
+)
+_from = beginning(STARTS)
 
 
 class UnknownRobot(AbstractEffect):
@@ -37,27 +31,31 @@ class UnknownRobot(AbstractEffect):
     n_own = 5
 
     time_2_m: Scalar = strength(
-        "m", -0.5, 0.5, _of(OF_TIME, 1e-5), 1e-4, "10 ms after t_0, with the square of time"
+        "m", -0.5, 0.5, _from("time_2_m"), 1e-4, "10 ms after t_0, with the square of time"
     )
     time_3_m: Scalar = strength("m", -0.5, 0.5, (0.0,), 1e-4, "10 ms after t_0, with the cube of time")
     speed_2: Scalar = strength(
-        "1", -5.0, 5.0, _of(OF_TIME, 1e-2), 0.1, "share of v t, 10 ms after t_0, with the square of time"
+        "1", -5.0, 5.0, _from("speed_2"), 0.1, "share of v t, 10 ms after t_0, with the square of time"
     )
-    yield_m: Scalar = strength("m", -0.05, 0.05, _of(YIELD, 1e-4), 1e-4, "under 100 N")
-    yield_beyond_m: Scalar = strength("m", -0.05, 0.05, _of(STOPS, 1e-4), 1e-4, "under 100 N beyond a level")
-    slow_m: Scalar = strength("m", -0.5, 0.5, _of(CREEP, 1e-4), 1e-4, "after 10 ms under 100 N")
+    yield_m: Scalar = strength("m", -0.05, 0.05, _from("yield_m"), 1e-4, "under 100 N")
+    yield_beyond_m: Scalar = strength(
+        "m", -0.05, 0.05, _from("yield_beyond_m"), 1e-4, "under 100 N beyond a level"
+    )
+    slow_m: Scalar = strength("m", -0.5, 0.5, _from("slow_m"), 1e-4, "after 10 ms under 100 N")
     slow_beyond_m: Scalar = strength(
-        "m", -0.5, 0.5, _of(FROM, 1e-4), 1e-4, "after 10 ms under 100 N beyond a level"
+        "m", -0.5, 0.5, _from("slow_beyond_m"), 1e-4, "after 10 ms under 100 N beyond a level"
     )
     inertia_m: Scalar = strength(
         "m", -0.5, 0.5, (0.0,), 1e-4, "after 10 ms under 100 N, with the square of time"
     )
-    sine_m: Scalar = strength("m", -0.05, 0.05, _of(OF_TIME, 1e-6), 2e-5, "ripple, sine")
+    sine_m: Scalar = strength("m", -0.05, 0.05, _from("sine_m"), 2e-5, "ripple, sine")
     cosine_m: Scalar = strength("m", -0.05, 0.05, (0.0,), 2e-5, "ripple, cosine")
 
-    ripple_hz: Scalar = shape("Hz", 20.0, 1000.0, (100.0, 300.0, *[100.0] * 5), "frequency of the ripple")
-    frequency_hz: Scalar = shape("Hz", 3.0, 500.0, HZ, "natural frequency of the dynamics")
-    damping_ratio: Scalar = shape("1", 0.02, 3.0, ZETA, "their damping ratio")
+    ripple_hz: Scalar = shape("Hz", 20.0, 1000.0, _from("ripple_hz", 100.0), "frequency of the ripple")
+    frequency_hz: Scalar = shape(
+        "Hz", 3.0, 500.0, _from("frequency_hz", 150.0), "natural frequency of the dynamics"
+    )
+    damping_ratio: Scalar = shape("1", 0.02, 3.0, _from("damping_ratio", 1.0), "their damping ratio")
     level_n: Scalar = shape("N", 10.0, 2e3, (100.0,), "that level")
     delay_s: Scalar = shape("s", 1e-5, 0.03, (1e-4,), "t_0")
 

@@ -2,6 +2,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from acf_jax.diagnosis.ports._continued import continued
+from acf_jax.diagnosis.ports._starts import beginning
 from acf_jax.effects import AbstractEffect, shape, strength
 from acf_jax.effects._interface import Scalar
 from acf_jax.effects._oscillator import follow
@@ -10,8 +11,13 @@ F_0 = 100.0  # N, an impact's typical force
 LAST = (0.2, 0.01)  # shares of the tried range whose slope goes on: a sensor shows its limit at the very end
 STEEPEST = 1.0  # N of reading in addition for each newton of force beyond the reach
 KINKS = (50.0, 90.0, 160.0, 280.0, 500.0, 900.0)  # N, where fits look for one
-HZ, ZETA = (60.0, 250.0, 600.0, 1200.0), (1.0, 0.05, 0.05, 0.05)  # where fits look for dynamics
-NO_KINK, NO_MODE = [0.0] * len(KINKS), [0.0] * len(HZ)
+STARTS = (
+    {"gain": 0.02, "lagging": 0.02},
+    *({"beyond": 0.02, "level_n": level} for level in KINKS),
+    {"lagging": 0.5, "frequency_hz": 60.0},
+    *({"lagging": 0.5, "frequency_hz": hz, "damping_ratio": 0.05} for hz in (250.0, 600.0, 1200.0)),
+)
+_from = beginning(STARTS)
 
 
 class UnknownSensor(AbstractEffect):
@@ -26,12 +32,10 @@ class UnknownSensor(AbstractEffect):
     title = "Unknown cause at the sensor"
     n_memory = 4
 
-    gain: Scalar = strength("1", -0.8, 3.0, (0.02, *NO_KINK, *NO_MODE), 0.1, "in proportion to the force")
+    gain: Scalar = strength("1", -0.8, 3.0, _from("gain"), 0.1, "in proportion to the force")
     square_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "at 100 N, with the square of the force")
     cube_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 3.0, "at 100 N, with the cube of the force")
-    lagging: Scalar = strength(
-        "1", -2.0, 2.0, (0.02, *NO_KINK, *[0.5] * len(HZ)), 0.2, "share that passes through dynamics"
-    )
+    lagging: Scalar = strength("1", -2.0, 2.0, _from("lagging"), 0.2, "share that passes through dynamics")
     rate_s: Scalar = strength("s", -5e-3, 5e-3, (0.0,), 1e-4, "with the rate of change of what passed")
     drift_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "with the integral of the force, per 1 N s")
     offset_n: Scalar = strength("N", -200.0, 200.0, (0.0,), 2.0, "constant while in contact")
@@ -41,15 +45,15 @@ class UnknownSensor(AbstractEffect):
         "1",
         -3.0,
         3.0,
-        (0.0, *[0.02] * len(KINKS), *NO_MODE),
+        _from("beyond"),
         0.3,
         "in proportion to the force beyond a level",
     )
-    level_n: Scalar = shape("N", 10.0, 5e3, (150.0, *KINKS, *[150.0] * len(HZ)), "that level")
+    level_n: Scalar = shape("N", 10.0, 5e3, _from("level_n", 150.0), "that level")
     frequency_hz: Scalar = shape(
-        "Hz", 20.0, 4000.0, (300.0, *[300.0] * len(KINKS), *HZ), "natural frequency of the dynamics"
+        "Hz", 20.0, 4000.0, _from("frequency_hz", 300.0), "natural frequency of the dynamics"
     )
-    damping_ratio: Scalar = shape("1", 0.005, 5.0, (1.0, *[1.0] * len(KINKS), *ZETA), "their damping ratio")
+    damping_ratio: Scalar = shape("1", 0.005, 5.0, _from("damping_ratio", 1.0), "their damping ratio")
 
     reach: Scalar = eqx.field(converter=jnp.asarray, default=jnp.inf)  # N, largest force that was tried
 

@@ -1,0 +1,73 @@
+"""What the free curves at the ports can imitate: laws of the library, as if these were withheld."""
+
+import numpy as np
+import pytest
+
+from acf_jax.diagnosis.forward import Grid, forward
+from acf_jax.diagnosis.space import every_effect
+
+RIG = [2.0, 60.0, 800.0, 3e5]
+GRID = Grid(5e-5, 400)
+V_E, F_P = np.array([0.05, 0.3]), np.array([60.0, 40.0])
+HZ = 60.0
+OMEGA = 2 * np.pi * HZ
+
+
+def sensed(name: str, **values: float) -> np.ndarray:
+    """The readings, N, with an effect or port whose strengths are zero and shapes typical where not given."""
+    known = every_effect()[name].parameters()
+    own = [values.get(p.name, p.scale if p.shape else 0.0) for p in known]
+    return forward((name,), np.array([*RIG, *own]), V_E, F_P, GRID).sensed
+
+
+@pytest.mark.parametrize(
+    ("law", "port"),
+    [
+        (
+            ("sensor_lag", {"time_constant_s": 1 / OMEGA, "damping_ratio": 0.8}),
+            ("unknown_sensor", {"lagging": 1.0, "frequency_hz": HZ, "damping_ratio": 0.8}),
+        ),
+        (
+            ("sensor_resonance", {"share": 0.6, "frequency_hz": 300.0, "damping_ratio": 0.05}),
+            ("unknown_sensor", {"lagging": 0.6, "frequency_hz": 300.0, "damping_ratio": 0.05}),
+        ),
+        (
+            ("pad_mass", {"mass_kg": 0.3, "frequency_hz": 150.0, "damping_ratio": 0.05}),
+            ("unknown_contact", {"pad_kg": 0.3, "frequency_hz": 150.0, "damping_ratio": 0.05}),
+        ),
+        (
+            ("end_stop", {"share": 0.7, "opposing_share": 0.4}),
+            ("unknown_actuator", {"held_share": 0.7, "pretension_share": -0.4}),
+        ),
+        (
+            ("robot_compliance", {"inverse_mass_per_kg": 0.05, "frequency_hz": HZ, "damping_ratio": 0.2}),
+            (
+                "unknown_robot",
+                {"yield_m": 100 * 0.05 / OMEGA**2, "frequency_hz": HZ, "damping_ratio": 0.2},
+            ),
+        ),
+    ],
+    ids=lambda side: side[0],
+)
+def test_a_port_imitates_a_law_at_its_component(
+    law: tuple[str, dict[str, float]], port: tuple[str, dict[str, float]]
+) -> None:
+    by_law, by_port = sensed(law[0], **law[1]), sensed(port[0], **port[1])
+    assert np.abs(by_law - sensed(port[0])).max() > 1.0  # the law does something
+    np.testing.assert_allclose(by_port, by_law, atol=1e-6)
+
+
+def test_a_pad_that_flows_at_once_carries_no_more_than_its_level() -> None:
+    flowing = sensed("unknown_contact", flow_per_s=5e3, level_n=100.0, hardening=0.01)
+    assert sensed("unknown_contact").max() > 200.0
+    assert 99.0 < flowing.max() < 125.0
+
+
+def test_a_robot_with_play_yields_up_to_a_level_only() -> None:
+    quick = {"frequency_hz": 500.0, "damping_ratio": 1.0}
+    play = {"yield_m": 1e-4, "yield_beyond_m": -1e-4, "level_n": 50.0, **quick}
+    rigid, yielding, with_play = (
+        sensed("unknown_robot", **own) for own in (quick, {"yield_m": 1e-4, **quick}, play)
+    )
+    lost = [float((rigid - other).max()) for other in (yielding, with_play)]
+    assert lost[0] > 2 * lost[1] > 1.0
