@@ -19,7 +19,7 @@ from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.ports._continued import continued
 from acf_jax.diagnosis.ports.sensor import UnknownSensor
 from acf_jax.diagnosis.predict import Prediction, predict
-from acf_jax.diagnosis.sample import at_times, peak_of, taps
+from acf_jax.diagnosis.sample import at_times, first_loss, peak_of, taps
 from acf_jax.diagnosis.score import (
     HIGHEST,
     WEIGHTS,
@@ -130,6 +130,24 @@ def test_probabilities_follow_the_evidence_and_are_never_certain() -> None:
     assert clear.max() <= HIGHEST + 1e-12
     outside = _probabilities((100000.0, 40000.0, 60000.0, 1000.0))
     assert outside.argmax() == 3
+
+
+def test_contact_is_lost_only_after_there_was_some() -> None:
+    contact = np.array(
+        [[0.0, 0.0, 3.0, 5.0, 0.0, 0.0], [2.0, 3.0, 4.0, 3.0, 2.0, 1.0], [1.0, 0.0, 1.0, 2.0, 1.0, 0.0]]
+    )
+    np.testing.assert_array_equal(first_loss(contact), [4, 6, 1])
+    assert first_loss(np.zeros(6)) == 6
+
+
+def test_the_port_stays_open_where_none_fits() -> None:
+    def shares(*chi_square: float) -> np.ndarray:
+        fits = zip([(), *((name,) for name in ports())], (20000.0, *chi_square), strict=True)
+        p = probabilities([Evidence(e, x, (0.0,) * 4) for e, x in fits], 1000)[1:]
+        return np.asarray(p / p.sum())
+
+    assert shares(1000.0, 3000.0, 3000.0, 3000.0)[0] > 0.9
+    assert shares(11000.0, 13000.0, 13000.0, 13000.0)[0] < 0.8
 
 
 def test_an_effect_that_fits_any_noise_must_fit_better() -> None:

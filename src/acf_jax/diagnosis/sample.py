@@ -6,8 +6,12 @@ SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
 
 
 def first_loss(contact: np.ndarray) -> np.ndarray:
-    """Index of the first sample without contact, of contact forces (..., samples); their number where it is held."""
-    is_lost = np.less_equal(contact[..., 1:], 0)
+    """Index of the first sample without contact, of contact forces (..., samples); their number where it is held.
+
+    A free curve may begin without force: contact is lost only after there was some.
+    """
+    held = np.logical_or.accumulate(np.greater(contact, 0), axis=-1)
+    is_lost = np.less_equal(contact[..., 1:], 0) & held[..., :-1]
     return np.where(is_lost.any(-1), is_lost.argmax(-1) + 1, contact.shape[-1])
 
 

@@ -119,11 +119,12 @@ def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights =
     named = p[:-1]
     at_ports = np.array([is_port(e.explanation) for e in evidence])
     if at_ports.any():
-        # where an unknown cause acts is told by how well each port fits; what its rig had to do for that says little
+        # where an unknown cause acts is told by how well each port fits; what its rig had to do for that says little,
+        # and where even the best one leaves much, that it is the best says little
         chi2 = np.array([e.chi_square for e in evidence])
         left = chi2[at_ports]
-        wrong = weights.rho_squared * (chi2[0] - left.min())
-        share = np.exp(-_misfit(left - left.min(), max(wrong, 0.0), weights.nu, samples))
+        wrong = weights.rho_squared * max(chi2[0] - left.min(), 0.0) + max(left.min() - samples, 0.0)
+        share = np.exp(-_misfit(left - left.min(), wrong, weights.nu, samples))
         named[at_ports] = (named[at_ports].sum() + p[-1]) * share / share.sum()
     return _capped(named / named.sum())
 

@@ -81,13 +81,14 @@ def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
     for number in np.unique(o.condition):
         here = np.flatnonzero(o.condition == number)
         at = look.trials[o.names[here[0]]]
+        off = at.peak_force / at.contact_peak_force - 1 if at.contact_peak_force > 0 else 0.0
         rows.append(
             (
                 condition(o.v_e[here[0]], o.f_p[here[0]]),
                 f"{measured[here].mean():.1f} N" + (f" (mean of {len(here)})" if len(here) > 1 else ""),
                 f"{at.peak_force:.1f} ± {at.peak_force_std:.1f} N",
                 f"{at.contact_peak_force:.1f} ± {at.contact_peak_force_std:.1f} N",
-                percent(round(at.peak_force / at.contact_peak_force - 1, 3) + 0.0, 1, signed=True),
+                percent(round(off, 3) + 0.0, 1, signed=True),
                 f"{1e3 * at.peak_time:.2f} ms",
             )
         )
@@ -100,7 +101,7 @@ def in_words(look: Outlook) -> Html:
     ratios = [
         p.peak_force / p.contact_peak_force - 1 for p in look.trials.values() if p.contact_peak_force > 0
     ]
-    worst = max(ratios, key=abs)
+    worst = max(ratios, key=abs, default=0.0)
     if abs(worst) < 0.005:
         return element("p", "Within half a percent the sensor reads the peak that acts at the contact.")
     word = "low" if worst < 0 else "high"

@@ -32,6 +32,9 @@ class _Seen(NamedTuple):
     largest: Scalar  # N, of the samples that have a later neighbour
     force: Scalar  # N, the same refined by a parabola
     time: Scalar  # s
+    is_held: Bool[
+        Array, ""
+    ]  # a free curve may begin without force: contact is lost only after there was some
     is_lost: Bool[Array, ""]
     is_over: Bool[Array, ""]
 
@@ -68,7 +71,7 @@ def largest_force(
         is_top = (k > 0) & (mid >= left) & (mid >= right) & (curvature < 0)
         shift = jnp.where(is_top, 0.5 * (left - right) / jnp.where(is_top, curvature, -1.0), 0.0)
         is_largest = (k == 0) | (mid > seen.largest)
-        is_lost = seen.is_lost | (moving.signals[0] <= 0)
+        is_lost = seen.is_lost | (seen.is_held & (moving.signals[0] <= 0))
         largest = jnp.maximum(seen.largest, mid)
         return k + 1, _Seen(
             moving,
@@ -76,6 +79,7 @@ def largest_force(
             largest,
             jnp.where(is_largest, mid - 0.25 * (left - right) * shift, seen.force),
             jnp.where(is_largest, (k + shift) * h, seen.time),
+            seen.is_held | (moving.signals[0] > 0),
             is_lost,
             is_lost & (right <= SEEN * largest),
         )
@@ -83,6 +87,7 @@ def largest_force(
     moving = start(system, h, has_sensor=which == "sensed")
     f_0 = moving.signals[-1]
     no = jnp.asarray(False)
-    first = _Seen(moving, (f_0, f_0), f_0, f_0, jnp.zeros_like(h), no, no)
+    is_held = moving.signals[0] > 0
+    first = _Seen(moving, (f_0, f_0), f_0, f_0, jnp.zeros_like(h), is_held, no, no)
     _, seen = jax.lax.while_loop(goes_on, body, (jnp.asarray(0), first))
     return LargestForce(seen.force, seen.time, seen.is_over | (seen.last[1] <= seen.largest))
