@@ -33,10 +33,10 @@ class Weights:
     nu_noise: float = 40.0  # the same for noise that is not as it is said to be
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
     effect: float = 4.8  # cost of one effect, in log probability
-    second: float = 5.3  # cost of each further one
+    second: float = 5.0  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
-    port: float = 10.5  # cost of the free discrepancy at a port
-    nameless: float = 15.0  # cost of a cause that neither the library nor the ports can imitate
+    port: float = 14.0  # cost of the free discrepancy at a port
+    nameless: float = 16.0  # cost of a cause that neither the library nor the ports can imitate
     freedom: float = 8.5  # degrees of freedom of the Student prior of the rig's parameters
     margin: float = 0.05  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
