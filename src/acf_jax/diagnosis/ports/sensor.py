@@ -30,6 +30,7 @@ class UnknownSensor(AbstractEffect):
 
     component = "sensor"
     title = "Unknown cause at the sensor"
+    delays = True
     n_memory = 4
 
     gain: Scalar = strength("1", -0.8, 3.0, _from("gain"), 0.1, "in proportion to the force")
