@@ -32,6 +32,7 @@ from acf_jax.diagnosis.score import (
 )
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
 from tests.corrected import gap_model
+from tests.typical import typical
 
 RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
 
@@ -163,14 +164,8 @@ def test_the_credible_set_is_the_smallest_that_holds_95_percent() -> None:
     assert credible_set(scored) == [("a",), ("b",)]
 
 
-def port(name: str, **values: float) -> list[float]:
-    """Parameters of a free discrepancy, strengths zero and shapes typical where they are not given."""
-    known = every_effect()[name].parameters()
-    return [values.get(p.name, p.scale if p.shape else 0.0) for p in known]
-
-
 def test_a_reading_may_have_a_kink() -> None:
-    clipped = UnknownSensor(*map(jnp.asarray, port("unknown_sensor", beyond=-1.0, level_n=150.0)))
+    clipped = UnknownSensor(*map(jnp.asarray, typical("unknown_sensor", beyond=-1.0, level_n=150.0)))
     for force, reading in ((100.0, 100.0), (150.0, 150.0), (400.0, 150.0)):
         f = jnp.asarray(force)
         assert clipped.sense((f, f), jnp.asarray(1e-4), jnp.zeros(4))[1] == pytest.approx(reading)
@@ -180,7 +175,7 @@ def test_a_prediction_that_diverges_ends_and_says_so() -> None:
     # a push that grows with the cube of the stroke, beyond what the contact holds
     held, gone = (
         predict(gap_model(("unknown_actuator",), tuple(own)), np.array([0.1]), np.array([60.0]))[0]
-        for own in (port("unknown_actuator"), port("unknown_actuator", stroke_3_n=300.0))
+        for own in (typical("unknown_actuator"), typical("unknown_actuator", stroke_3_n=300.0))
     )
     assert gone.diverges and not held.diverges
     assert gone.time[-1] < held.time[-1]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis.forward import Grid, forward
-from acf_jax.diagnosis.space import every_effect
+from tests.typical import typical
 
 RIG = [2.0, 60.0, 800.0, 3e5]
 GRID = Grid(5e-5, 400)
@@ -15,9 +15,7 @@ OMEGA = 2 * np.pi * HZ
 
 def sensed(name: str, **values: float) -> np.ndarray:
     """The readings, N, with an effect or port whose strengths are zero and shapes typical where not given."""
-    known = every_effect()[name].parameters()
-    own = [values.get(p.name, p.scale if p.shape else 0.0) for p in known]
-    return forward((name,), np.array([*RIG, *own]), V_E, F_P, GRID).sensed
+    return forward((name,), np.array([*RIG, *typical(name, **values)]), V_E, F_P, GRID).sensed
 
 
 @pytest.mark.parametrize(

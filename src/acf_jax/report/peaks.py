@@ -3,6 +3,7 @@
 import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.predict import Prediction
 from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.outlook import Curves, Outlook
 from acf_jax.report.plot import CONTACT, LINES, Variant, axis, plain, plot, series
@@ -81,14 +82,13 @@ def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
     for number in np.unique(o.condition):
         here = np.flatnonzero(o.condition == number)
         at = look.trials[o.names[here[0]]]
-        off = at.peak_force / at.contact_peak_force - 1 if at.contact_peak_force > 0 else 0.0
         rows.append(
             (
                 condition(o.v_e[here[0]], o.f_p[here[0]]),
                 f"{measured[here].mean():.1f} N" + (f" (mean of {len(here)})" if len(here) > 1 else ""),
                 f"{at.peak_force:.1f} ± {at.peak_force_std:.1f} N",
                 f"{at.contact_peak_force:.1f} ± {at.contact_peak_force_std:.1f} N",
-                percent(round(off, 3) + 0.0, 1, signed=True),
+                percent(round(_reads(at), 3) + 0.0, 1, signed=True),
                 f"{1e3 * at.peak_time:.2f} ms",
             )
         )
@@ -96,12 +96,14 @@ def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
     return details("Peaks at each condition", table("Corrected model, ± one standard deviation", head, rows))
 
 
+def _reads(at: Prediction) -> float:
+    """By which share the sensor's peak lies above the contact's; 0 where nothing touches."""
+    return at.peak_force / at.contact_peak_force - 1 if at.contact_peak_force > 0 else 0.0
+
+
 def in_words(look: Outlook) -> Html:
     """Whether the sensor reads the peak that acts at the contact."""
-    ratios = [
-        p.peak_force / p.contact_peak_force - 1 for p in look.trials.values() if p.contact_peak_force > 0
-    ]
-    worst = max(ratios, key=abs, default=0.0)
+    worst = max(map(_reads, look.trials.values()), key=abs, default=0.0)
     if abs(worst) < 0.005:
         return element("p", "Within half a percent the sensor reads the peak that acts at the contact.")
     word = "low" if worst < 0 else "high"

@@ -32,9 +32,7 @@ class _Seen(NamedTuple):
     largest: Scalar  # N, of the samples that have a later neighbour
     force: Scalar  # N, the same refined by a parabola
     time: Scalar  # s
-    is_held: Bool[
-        Array, ""
-    ]  # a free curve may begin without force: contact is lost only after there was some
+    is_held: Bool[Array, ""]  # there was a force: a free curve may begin without any
     is_lost: Bool[Array, ""]
     is_over: Bool[Array, ""]
 

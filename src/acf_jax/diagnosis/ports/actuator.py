@@ -3,6 +3,7 @@ import jax.numpy as jnp
 from acf_jax.diagnosis.ports._starts import beginning
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
 from acf_jax.effects._interface import Scalar
+from acf_jax.effects.end_stop import EndStop
 from acf_jax.model import Impact
 
 X_0, V_0 = 1e-3, 0.1  # m, m/s: an impact's typical stroke and speed
@@ -45,10 +46,14 @@ class UnknownActuator(AbstractEffect):
     time_s: Scalar = shape("s", 5e-4, 0.1, (1e-2,), "time constant of what comes with time")
 
     def initial_relief(self, impact: Impact) -> Scalar:
-        return self.held_share * impact.f_p
+        return self._stop.initial_relief(impact)
 
     def release_force(self, impact: Impact) -> Scalar:
-        return jnp.where(self.held_share > 0, impact.f_p, -jnp.inf)
+        return self._stop.release_force(impact)
+
+    @property
+    def _stop(self) -> EndStop:
+        return EndStop(self.held_share)
 
     def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
         x, v = motion.x / X_0, motion.x_dot / V_0

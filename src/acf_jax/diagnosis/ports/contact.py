@@ -2,9 +2,11 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from acf_jax.diagnosis.ports._continued import continued
+from acf_jax.diagnosis.ports._dynamics import passing
 from acf_jax.diagnosis.ports._starts import beginning
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
 from acf_jax.effects._interface import Scalar
+from acf_jax.effects.pad_mass import PadMass
 
 F_0, V_0 = 100.0, 0.1  # N, m/s: an impact's typical force and rate of compression
 WIDTH = 50.0  # N, within which a step of the contact's law happens
@@ -80,29 +82,24 @@ class UnknownContact(AbstractEffect):
         return elastic + viscous + dry + past
 
     def pad_displacement(self, own: Scalar) -> tuple[Scalar, Scalar]:
-        return own[2], own[3]
+        return self._pad.pad_displacement(own[2:4])
 
     def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
-        return jnp.where(self.pad_kg > 0, motion.f_0 + self._on_pad(own) - motion.f_c, 0.0)
+        return self._pad.force_on_mass(motion, own[2:4])
 
     def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        omega = 2 * jnp.pi * self.frequency_hz
-        passed, passed_rate, _, z_dot, flown = own
-        pull = omega**2 * (motion.rig.k_c * motion.s - passed)
-        present = self.pad_kg > 0
-        mass = jnp.where(present, self.pad_kg, 1.0)
-        z_ddot = (motion.f_c - motion.f_0 - self._on_pad(own)) / mass - x_ddot
-        pad = jnp.where(present, jnp.stack([z_dot, z_ddot]), 0.0)
-        flowing = motion.rig.k_c * motion.s + motion.f_0 - (1 + self.hardening) * flown - self.level_n
+        linear, flown = motion.rig.k_c * motion.s, own[4]
+        passed = passing(linear, own[0], own[1], self.frequency_hz, self.damping_ratio)
+        flowing = linear + motion.f_0 - (1 + self.hardening) * flown - self.level_n
         flow = self.flow_per_s * jnp.maximum(flowing, 0.0)
-        return jnp.stack([passed_rate, pull - 2 * self.damping_ratio * omega * passed_rate, *pad, flow])
+        return jnp.stack([*passed, *self._pad.rates(motion, x_ddot, own[2:4]), flow])
+
+    @property
+    def _pad(self) -> PadMass:
+        return PadMass(self.pad_kg, self.frequency_hz, self.damping_ratio)
 
     def _elastic(self, u: Scalar) -> Scalar:
         polynomial = self.square_n * u * jnp.abs(u) / F_0**2 + self.cube_n * (u / F_0) ** 3
         kink = self.beyond * jnp.maximum(u - self.level_n, 0.0)
         steps = ((100.0, self.step_100_n), (175.0, self.step_175_n), (250.0, self.step_250_n))
         return polynomial + kink + sum(size * jnp.tanh((u - centre) / WIDTH) for centre, size in steps)
-
-    def _on_pad(self, own: Scalar) -> Scalar:
-        omega = 2 * jnp.pi * self.frequency_hz
-        return self.pad_kg * (omega**2 * own[2] + 2 * self.damping_ratio * omega * own[3])

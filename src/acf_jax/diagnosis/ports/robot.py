@@ -1,5 +1,6 @@
 import jax.numpy as jnp
 
+from acf_jax.diagnosis.ports._dynamics import passing
 from acf_jax.diagnosis.ports._starts import beginning
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
 from acf_jax.effects._interface import Scalar
@@ -85,10 +86,9 @@ class UnknownRobot(AbstractEffect):
         return of_time + ripple - of_force, time_rate + ripple_rate - force_rate
 
     def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        omega = 2 * jnp.pi * self.frequency_hz
         seen, seen_rate, impulse, *_ = own
-        seen_ddot = omega**2 * (motion.f_c / F_0 - seen) - 2 * self.damping_ratio * omega * seen_rate
-        return jnp.stack([seen_rate, seen_ddot, seen / T_0, self._beyond(seen) / T_0, impulse / T_0])
+        rates = passing(motion.f_c / F_0, seen, seen_rate, self.frequency_hz, self.damping_ratio)
+        return jnp.stack([*rates, seen / T_0, self._beyond(seen) / T_0, impulse / T_0])
 
     def _beyond(self, seen: Scalar) -> Scalar:
         return jnp.maximum(seen - self.level_n / F_0, 0.0)
