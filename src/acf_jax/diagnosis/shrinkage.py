@@ -10,14 +10,14 @@ from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.sample import phase_end
 from acf_jax.diagnosis.score import is_port
-from acf_jax.diagnosis.space import component_of
+from acf_jax.diagnosis.space import component_of, delays
 from acf_jax.diagnosis.validate import TIMING, HeldOut
 
 RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
 ENDS = (0.025, 0.975)
 SIZES = np.linspace(-4.0, 8.0, 241)  # of an error of form, in standard deviations of its logarithm
-MORE, LESS = 1.1, 3.0  # what is left on conditions that no trial had may be so much more, or less
+MORE, LESS = 1.1, 5.0  # what is left on conditions that no trial had may be so much more, or less
 LEAST_WIDTH = 0.02  # of an interval of the peak's shrinkage, to each side
 
 
@@ -39,12 +39,17 @@ class Form(NamedTuple):
 
 
 LAW = Form(0.03, 1.2, 0.04, 1.3)
+LATE = LAW._replace(
+    beyond=0.3
+)  # a law much like a delay: most of it is in the first samples, compared in no fit
 FREE = Form(0.1, 1.2, 0.4, 4.0)  # a free curve at a port
 
 
 def form_of(corrected: Fit) -> Form:
     """How far off the form of a corrected model may be."""
-    return FREE if is_port(corrected.explanation) else LAW
+    if is_port(corrected.explanation):
+        return FREE
+    return LATE if delays(corrected.explanation) else LAW
 
 
 def force_shrinkage(
