@@ -10,6 +10,7 @@ import numpy as np
 from acf_jax.diagnosis.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.ports import ports
+from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation, classes, starts
 from acf_jax.effects import library
@@ -40,7 +41,8 @@ def fit_single(ground: Ground, name: str) -> Fit:
     if name in library():
         near = begins if _leaves_little(ground) else []
         far = begins[-1:] if near else begins
-        near = [*near, promise.parameters.tolist()] if promise.gain > HINT else near
+        if promise.gain > HINT:
+            near = [*near, promise.parameters.tolist(), *([] if promise.start in begins else [promise.start])]
     else:
         far, near = begins[:1], [promise.start]
     return best(_fits_from(ground, name, far, near, ITERATIONS))
@@ -81,7 +83,7 @@ def _fits_from(
 
 
 def _tolerance(explanation: Explanation) -> float:
-    return ROUGHLY if any(name in ports() for name in explanation) else TOLERANCE
+    return ROUGHLY if is_port(explanation) else TOLERANCE
 
 
 def fit_more(

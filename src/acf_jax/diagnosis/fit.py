@@ -11,7 +11,7 @@ import numpy as np
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
 from acf_jax.diagnosis.observe import COMMON_TRIGGER, Observations, whiten_all
 from acf_jax.diagnosis.sample import combine, peak_of, taps
-from acf_jax.diagnosis.space import Coordinates, Explanation, component_of, coordinates
+from acf_jax.diagnosis.space import Coordinates, Explanation, classes, component_of, coordinates
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
@@ -70,7 +70,11 @@ def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     if observations.peak_only.any():
         end = max(end, PEAK_WITHIN / omega)
     has_sensor = any(component_of(name) == "sensor" for name in explanation)
-    longest = interval if has_sensor else STRIDE * interval
+    longest = min(
+        interval if has_sensor else STRIDE * interval,
+        *(cls.longest_step for cls in classes(explanation)),
+        np.inf,
+    )
     h = max(min(STEP_PER_RADIAN / omega, longest), end / (SAMPLES - BEYOND - 2))
     return Grid(h, int(np.ceil(end / h)) + BEYOND)
 

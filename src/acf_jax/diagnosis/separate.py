@@ -84,7 +84,7 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
     projector = ground.projector
     names, shares, signals = [], [], []
     for name, cls in library().items():
-        found = list(ground.signatures(name))
+        found = list(ground.signatures(name, starts(name)))
         if not found:
             continue
         left = np.array([projector.gram(s[None])[0, 0] for _, s, _ in found])

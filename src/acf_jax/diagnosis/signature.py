@@ -1,15 +1,15 @@
 """What each effect would change about the forces of a fitted rig, and how much of the gap it promises to explain."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit, linearise
+from acf_jax.diagnosis.fit import LARGEST, Fit, linearise
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.project import Projector
-from acf_jax.diagnosis.space import Explanation, coordinates, every_effect, starts
+from acf_jax.diagnosis.space import Explanation, coordinates, every_effect, looks, starts
 
 
 class Promise(NamedTuple):
@@ -35,22 +35,24 @@ class Ground:
         bare = _residual(observations, fitted, (), [])
         return cls(observations, fitted, Projector.at(fitted.linear), bare)
 
-    def signatures(self, name: str) -> Iterator[tuple[list[float], np.ndarray, bool]]:
-        """Each start of an effect, the whitened change of the prediction, and whether its strength may be negative."""
-        for start in starts(name):
+    def signatures(
+        self, name: str, begins: Sequence[list[float]]
+    ) -> Iterator[tuple[list[float], np.ndarray, bool]]:
+        """Of each start the whitened change of the prediction, and whether the strength may be negative."""
+        for start in begins:
             changed = self.bare - _residual(self.observations, self.fitted, (name,), start)
-            if np.isfinite(changed).all():
+            if np.abs(changed).max(initial=0.0) < LARGEST:  # not a number is not smaller either
                 yield start, changed, every_effect()[name].parameters()[0].low < 0
 
     def promise(self, name: str) -> Promise:
-        """How much of what the fit leaves an effect explains, over its starts.
+        """How much of what the fit leaves an effect explains, over its starts and where else fits look.
 
         To first order: of the residual r a signature s may take (r' s)^2 / s' P s, with a sign that the effect allows.
         """
         strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
-        first = starts(name)[0]
-        best = Promise(0.0, np.array(first), first)
-        for start, signal, two_sided in self.signatures(name):
+        begins = [*starts(name), *looks(name)]
+        best = Promise(0.0, np.array(begins[0]), begins[0])
+        for start, signal, two_sided in self.signatures(name, begins):
             # at the optimum the residuals, those of the priors included, are orthogonal to all that was fitted
             taken = float((self.fitted.linear.residual * signal).sum())
             size = self.projector.gram(signal[None])[0, 0]

@@ -96,6 +96,17 @@ def starts(name: str) -> list[list[float]]:
     return [[p.starts[min(k * len(p.starts) // n, len(p.starts) - 1)] for p in own] for k in range(n)]
 
 
+def looks(name: str) -> list[list[float]]:
+    """The first start of an effect with such a shape, as a frequency, at values over all of its range."""
+    own, first = every_effect()[name].parameters(), starts(name)[0]
+    return [
+        [*first[:k], float(value), *first[k + 1 :]]
+        for k, p in enumerate(own)
+        if p.looks
+        for value in np.geomspace(p.low, p.high, p.looks)
+    ]
+
+
 def component_of(name: str) -> str:
     """The component at which an effect or port acts."""
     return every_effect()[name].component

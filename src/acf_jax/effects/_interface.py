@@ -28,6 +28,7 @@ class Parameter(NamedTuple):
     scale: float  # a typical value: width of the prior of a strength, centre of the prior of a shape
     shape: bool  # positive, known by its order of magnitude; a strength is neutral at zero
     meaning: str
+    looks: int = 0  # values over its range at which a fit looks before it begins: a frequency's misfit has many valleys
 
 
 def strength(
@@ -38,9 +39,9 @@ def strength(
     return eqx.field(converter=jnp.asarray, default=0.0, metadata={"parameter": known})
 
 
-def shape(unit: str, low: float, high: float, starts: tuple[float, ...], meaning: str) -> Any:
+def shape(unit: str, low: float, high: float, starts: tuple[float, ...], meaning: str, looks: int = 0) -> Any:
     """A positive parameter that says how, not how much; without strength it has no influence."""
-    known = Parameter("", unit, low, high, starts, (low * high) ** 0.5, True, meaning)
+    known = Parameter("", unit, low, high, starts, (low * high) ** 0.5, True, meaning, looks)
     return eqx.field(converter=jnp.asarray, default=known.scale, metadata={"parameter": known})
 
 
@@ -68,6 +69,7 @@ class AbstractEffect(eqx.Module):
     title: ClassVar[str]
     fits_noise: ClassVar[bool] = False  # finds something of its kind in any noise: it has to explain more
     delays: ClassVar[bool] = False  # what it does to the reading is much like a delay
+    longest_step: ClassVar[float] = float("inf")  # s, of a simulation that resolves its own dynamics
     n_own: ClassVar[int] = 0
     n_memory: ClassVar[int] = 2  # entries of the memory of `sense`
 
