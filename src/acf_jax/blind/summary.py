@@ -56,6 +56,7 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
         },
         "pair": {
             "both_first": share(kind["pair"], "first_right"),
+            "both_first_in_class": share(kind["pair"], "first_in_class"),
             "one_first": share(kind["pair"], "one_right"),
             "covered": share(kind["pair"], "covered"),
         },

@@ -17,7 +17,8 @@ def lines(rows: Sequence[Row], score: dict[str, Any]) -> str:
         text.append(f"{mark} {t.name:<{width}}  {t.asked:<14}  {t.reached}")
     strict = score["clear"]["first_strict"], score["unknown"]["recalled_strict"]
     text.append(
-        f"     without classes: clear single effects first {_of(strict[0])}, unknown causes {_of(strict[1])}"
+        f"     without classes: clear single effects first {_of(strict[0])}, unknown causes {_of(strict[1])};"
+        f" with them: pairs {_of(score['pair']['both_first_in_class'])}"
     )
     text.append(f"     no_gap without any effect {_of(score['none']['no_gap'])}")
     if shrinkage := score["shrinkage"]:

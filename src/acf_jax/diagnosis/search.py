@@ -21,7 +21,7 @@ LEFT_BEHIND = 30.0  # chi-square that a port explains beyond every single effect
 PAIRS, TRIED, TRIPLES = 8, 6, 2  # that are fitted, TRIED where little is explained
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained
 HOPELESS = 4.0  # times the best misfit, from which on a glance is all that a pair gets
-WORTH_ONE_MORE = 9.0  # chi-square that one more effect has to promise before it is fitted
+WORTH_ONE_MORE = 6.0  # chi-square that one more effect has to promise before it is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
 
 Progress = Callable[[str], None]

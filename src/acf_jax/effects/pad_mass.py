@@ -17,7 +17,7 @@ class PadMass(AbstractEffect):
 
     mass_kg: Scalar = strength("kg", 0.0, 3.0, (0.05, 0.1, 0.5), 0.3, "mass of the pad")
     frequency_hz: Scalar = shape(
-        "Hz", 30.0, 6000.0, (1500.0, 150.0, 400.0), "its natural frequency on its own stiffness", looks=14
+        "Hz", 30.0, 6000.0, (1500.0, 150.0, 400.0), "its natural frequency on its own stiffness", looks=24
     )
     damping_ratio: Scalar = shape("1", 0.01, 0.5, (0.05,), "damping ratio of the pad on its stiffness")
 
