@@ -12,7 +12,7 @@ from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import RIG, Explanation, starts
+from acf_jax.diagnosis.space import RIG, Explanation, every_effect, starts
 from acf_jax.effects import library
 
 BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
@@ -66,6 +66,15 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
     return sorted(pairs, key=lambda p: -p.bayes_error)
 
 
+def _by_first_strength(name: str) -> list[list[float]]:
+    """The starts of an effect, every strength but the first one at zero: it is the size that is spoken of."""
+    own = every_effect()[name].parameters()
+    return [
+        [value if k == 0 or p.shape else 0.0 for k, (p, value) in enumerate(zip(own, start, strict=True))]
+        for start in starts(name)
+    ]
+
+
 @dataclass(frozen=True)
 class Detectability:
     """What a design of trials could say of one effect."""
@@ -84,7 +93,7 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
     projector = ground.projector
     names, shares, signals = [], [], []
     for name, cls in library().items():
-        found = list(ground.signatures(name, starts(name)))
+        found = list(ground.signatures(name, _by_first_strength(name)))
         if not found:
             continue
         left = np.array([projector.gram(s[None])[0, 0] for _, s, _ in found])
