@@ -139,7 +139,7 @@ def _client(where: Where) -> Iterator["Client"]:
         options: dict[str, Any] = {"dashboard_address": "127.0.0.1:0", "silence_logs": "CRITICAL"}
         with (
             # One thread each: matrices are tiny, and Dask keeps the threads of the linear algebra to one as well.
-            LocalCluster(where.workers, 1, memory_limit=0, **options) as cluster,
+            LocalCluster(n_workers=where.workers, threads_per_worker=1, memory_limit=0, **options) as cluster,
             Client(cluster) as client,
         ):
             where.say(f"dashboard: {client.dashboard_link}")

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,12 @@ def weigh_or_die(task: Task) -> Files:
         marker.write_text(str(os.getpid()))
         os.kill(os.getpid(), signal.SIGKILL)
     return files
+
+
+def process_after(seconds: float) -> int:
+    """The process that waited so long."""
+    time.sleep(seconds)
+    return os.getpid()
 
 
 def refuse(task: Task) -> Files:

@@ -15,14 +15,15 @@ from acf_jax.errors import InputError
 from acf_jax.fleet import run as fleet_run
 from acf_jax.fleet.run import run_fleet
 from acf_jax.workers import Where, run_all
-from tests.fleet.pieces import KILLED, refuse, weigh, weigh_or_die
+from tests.fleet.pieces import KILLED, process_after, refuse, weigh, weigh_or_die
 
 EXAMPLE = Path(__file__).parents[2] / "examples/rig"
 NAMES = ("a", "b", "c")
 SCHEDULER = """
 import time
 from distributed import LocalCluster
-with LocalCluster(1, 1, processes=False, protocol="tcp", dashboard_address=None, memory_limit=0) as cluster:
+options = {"processes": False, "protocol": "tcp", "dashboard_address": None, "memory_limit": 0}
+with LocalCluster(n_workers=1, threads_per_worker=1, **options) as cluster:
     print(cluster.scheduler_address, flush=True)
     time.sleep(600)
 """
@@ -99,6 +100,12 @@ def test_a_folder_without_data_sets_is_refused(tmp_path: Path) -> None:
 
 def test_nothing_to_do_starts_no_processes() -> None:
     assert list(run_all(json.dumps, [], Where("tcp://nowhere:1"))) == []
+
+
+def test_as_many_processes_work_as_were_asked_for() -> None:
+    need_module("distributed", "pip install 'acf-jax[fleet]'")
+    processes = [process for _, process in run_all(process_after, enumerate([0.3] * 6), Where(workers=3))]
+    assert len(set(processes)) == 3
 
 
 def test_a_scheduler_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,9 +33,10 @@ def fit_single(ground: Ground, name: str) -> Fit:
     """One effect or port added to the paper's model, whose fit is the `ground`: the best of its starts.
 
     An effect's own starts begin at the rig's prior, and one more at the recalibrated model with the strength that
-    explains most of what it leaves. Where it leaves little, the answer is a small step from it: there all starts begin
-    at the recalibrated model, and only the strongest at the prior, too. A port begins with its first start at the prior
-    and with the one that promises most at the recalibrated model, so that it never explains less than that.
+    explains most of what it leaves, and as it was looked for, where that is none of the starts. Where it leaves little,
+    the answer is a small step from it: there all starts begin at the recalibrated model, and only the strongest at the
+    prior, too. A port begins with its first start at the prior and with the one that promises most at the recalibrated
+    model, so that it never explains less than that.
     """
     begins, promise = starts(name), ground.promise(name)
     if name in library():
