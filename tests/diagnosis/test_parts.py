@@ -9,7 +9,7 @@ import pytest
 from jaxtyping import Array
 from scipy.stats import norm
 
-from acf_jax.dataset import Noise, Prior, RigPrior
+from acf_jax.dataset import Noise
 from acf_jax.diagnosis.experiment import error_probability
 from acf_jax.diagnosis.fit import BEYOND, Fit
 from acf_jax.diagnosis.forward import Grid, forward, reach_of
@@ -32,9 +32,8 @@ from acf_jax.diagnosis.score import (
 )
 from acf_jax.diagnosis.space import coordinates, every_effect, starts
 from tests.corrected import gap_model
+from tests.diagnosis.imagined import RIG
 from tests.typical import typical
-
-RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
 
 
 @pytest.mark.parametrize("name", sorted(every_effect()))

@@ -70,11 +70,8 @@ def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     if observations.peak_only.any():
         end = max(end, PEAK_WITHIN / omega)
     has_sensor = any(component_of(name) == "sensor" for name in explanation)
-    longest = min(
-        interval if has_sensor else STRIDE * interval,
-        *(cls.longest_step for cls in classes(explanation)),
-        np.inf,
-    )
+    sampled = interval if has_sensor else STRIDE * interval
+    longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
     h = max(min(STEP_PER_RADIAN / omega, longest), end / (SAMPLES - BEYOND - 2))
     return Grid(h, int(np.ceil(end / h)) + BEYOND)
 

@@ -66,7 +66,7 @@ def cost(explanation: Explanation, weights: Weights = WEIGHTS) -> float:
     known = [every_effect()[name] for name in explanation]
     fits_noise = sum(cls.fits_noise for cls in known)
     # of one that may act either way, half of what it can do lies on the other side of what it did
-    either_way = np.log(2) * sum(cls.parameters()[0].low < 0 for cls in known)
+    either_way = np.log(2) * sum(cls.acts_either_way() for cls in known)
     among_effects = weights.effect + weights.second * (len(explanation) - 1)
     return float(among_effects + weights.noise * fits_noise + either_way)
 

@@ -39,9 +39,7 @@ class Form(NamedTuple):
 
 
 LAW = Form(0.03, 1.2, 0.04, 1.3)
-LATE = LAW._replace(
-    beyond=0.3
-)  # a law much like a delay: most of it is in the first samples, compared in no fit
+LATE = LAW._replace(beyond=0.3)  # a law much like a delay: no fit compares the first samples
 FREE = Form(0.1, 1.2, 0.4, 4.0)  # a free curve at a port
 
 

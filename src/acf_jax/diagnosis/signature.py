@@ -42,7 +42,7 @@ class Ground:
         for start in begins:
             changed = self.bare - _residual(self.observations, self.fitted, (name,), start)
             if np.abs(changed).max(initial=0.0) < LARGEST:  # not a number is not smaller either
-                yield start, changed, every_effect()[name].parameters()[0].low < 0
+                yield start, changed, every_effect()[name].acts_either_way()
 
     def promise(self, name: str) -> Promise:
         """How much of what the fit leaves an effect explains, over its starts and where else fits look.

@@ -118,6 +118,11 @@ class AbstractEffect(eqx.Module):
         return cls.__module__.rsplit(".", 1)[-1]
 
     @classmethod
+    def acts_either_way(cls) -> bool:
+        """Whether its size, the first strength, may be negative."""
+        return cls.parameters()[0].low < 0
+
+    @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
         """The effect's parameters in the order of its fields, strengths first."""
         known = [f for f in dataclasses.fields(cls) if "parameter" in f.metadata]
