@@ -24,6 +24,10 @@ ITERATIONS = 40  # of a fit, at most
 TOLERANCE = 1e-5  # share of the objective that an iteration has to gain
 STIFFEST = 1e4  # damping at which a step is too small to matter
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
+TOWARDS_BOUND = (
+    0.9  # share of the way to a bound that a step goes at most: an effect of no strength has no slope
+)
+AT_BOUND = 1e-3  # prior standard deviations from a bound, from which on a step may end there
 
 
 @dataclass(frozen=True)
@@ -184,9 +188,18 @@ def _bounded_step(
         target = u + step
         pressing = free & (((u <= at.low) & (step < 0)) | ((u >= at.high) & (step > 0)))
         if not pressing.any():
-            return np.clip(target, at.low, at.high) - u
+            return np.clip(target, *_within_reach(u, at)) - u
         free &= ~pressing
     return step
+
+
+def _within_reach(u: np.ndarray, at: Coordinates) -> tuple[np.ndarray, np.ndarray]:
+    """How far one step may go, down and up."""
+    below, above = u - at.low, at.high - u
+    return (
+        np.where(below > AT_BOUND, u - TOWARDS_BOUND * below, at.low),
+        np.where(above > AT_BOUND, u + TOWARDS_BOUND * above, at.high),
+    )
 
 
 def fit(

@@ -18,8 +18,10 @@ LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
 FAR = 1.5  # the same above which a fit leaves much
 LEFT_BEHIND = 30.0  # chi-square that a port explains beyond every single effect where these leave something
-PAIRS, TRIED, TRIPLES = 8, 6, 2  # that are fitted, TRIED where little is explained
-BEGINNINGS = 6  # single effects from which pairs are tried where little is explained
+PAIRS, TRIPLES = 8, 2  # that are fitted
+BEGINNINGS = 6  # single effects from which pairs are tried where little is explained,
+TRIED = 6  # and how many of those besides the best effect's
+FURTHER = 2  # effects that are tried beside each single one where the best of those pairs still leaves much
 HOPELESS = 4.0  # times the best misfit, from which on a glance is all that a pair gets
 WORTH_ONE_MORE = 6.0  # chi-square that one more effect has to promise before it is fitted
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
@@ -52,19 +54,17 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
 
-    def left(fits: Sequence[Fit]) -> float:
-        return 2 * min(f.objective for f in fits) / observations.n_used
-
     alone = _best_first(f for f in fits if not is_port(f.explanation))
     better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a port than of any effect
-    if left(alone) > UNEXPLAINED or better > LEFT_BEHIND:
+    if _left(observations, alone) > UNEXPLAINED or better > LEFT_BEHIND:
         at_ports = [partial(candidates.fit_further, ground, f) for f in fits if is_port(f.explanation)]
         fits = [*(f for f in fits if not is_port(f.explanation)), *candidates.in_parallel(at_ports)]
-        more = _try_all(observations, alone, TRIED)
-        if more and left(more) > FAR:
+        more = _try_all(observations, alone)
+        if more and _left(observations, more) > FAR:
             more += _grow(observations, _best_first(more)[:LEADERS], effects, TRIPLES)
     else:
-        more = _grow(observations, [f for f in alone[:LEADERS] if left([f]) < FAR], effects, PAIRS)
+        near = [f for f in alone[:LEADERS] if _left(observations, [f]) < FAR]
+        more = _grow(observations, near, effects, PAIRS)
     fits += more
     # a simulation that broke down at every start explains nothing
     return recalibrated, [f for f in fits if np.isfinite(f.objective)]
@@ -82,25 +82,36 @@ def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[
     )
 
 
-def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> list[Fit]:
-    """Those `most` pairs that fit best after a glance: the best effect with each other one, and promising others.
+def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
+    """The pairs that fit best after a glance: the best effect with each other one, and promising others.
 
     Far from the data a promise to first order says little, and from which of two effects a fit begins may decide it.
     """
     names = [f.explanation[0] for f in alone]
-    of_first, *of_next = couples = candidates.in_parallel(
-        [partial(_couples, observations, leader, names) for leader in alone[:BEGINNINGS]]
-    )
-    best = _glance(observations, of_first + sorted(chain(*of_next), key=lambda c: c.objective)[:most])
+
+    def couples_of(leaders: Sequence[Fit]) -> list[list[Couple]]:
+        return candidates.in_parallel([partial(_couples, observations, f, names) for f in leaders])
+
+    def promising(couples: Iterable[Couple], most: int) -> list[Couple]:
+        return sorted(couples, key=lambda c: c.objective)[:most]
+
+    couples = couples_of(alone[:BEGINNINGS])
+    tried = [*couples[0], *promising(chain(*couples[1:]), TRIED)]
+    best = _glance(observations, tried)
     # an effect of the best pair may stand in for one much like it
-    members = [k for k, name in enumerate(names) if best and name in best[0].explanation]
-    of_members = [
-        couples[k] if k < len(couples) else _couples(observations, alone[k], names[:LEADERS]) for k in members
-    ]
+    members = [f for f in alone if best and f.explanation[0] in best[0].explanation]
     known = {glance.explanation for glance in best}
-    swaps = [c for c in chain(*of_members) if c.name in names[:LEADERS] and c.explanation not in known]
-    best = _best_first([*best, *_glance(observations, swaps)])
-    chosen = best[:most]  # the best first, so that those near it come before the others
+    swaps = [
+        c for c in chain(*couples_of(members)) if c.name in names[:LEADERS] and c.explanation not in known
+    ]
+    best = _best_of_each([*best, *_glance(observations, swaps)])
+    if best and _left(observations, best) > FAR:
+        couples += couples_of(alone[BEGINNINGS:])
+        done = {(c.leader.explanation, c.name) for c in (*tried, *swaps)}
+        of_each = chain(*(promising(own, FURTHER) for own in couples))
+        others = [c for c in of_each if (c.leader.explanation, c.name) not in done]
+        best = _best_of_each([*best, *_glance(observations, others)])
+    chosen = best[:PAIRS]  # the best first, so that those near it come before the others
     near = [glance for glance in chosen if glance.objective < HOPELESS * chosen[0].objective]
     ended = candidates.in_parallel([partial(candidates.go_on, observations, glance) for glance in near])
     return ended + chosen[len(near) :]
@@ -108,14 +119,11 @@ def _try_all(observations: Observations, alone: Sequence[Fit], most: int) -> lis
 
 def _glance(observations: Observations, couples: Sequence[Couple]) -> list[Fit]:
     """Fits of a few iterations, the best of each explanation, the best first."""
-    best: dict[Explanation, Fit] = {}
     tasks = [
         partial(candidates.fit_more, observations, c.leader, c.name, c.parameters, candidates.GLANCE)
         for c in couples
     ]
-    for glance in _best_first(candidates.in_parallel(tasks)):
-        best.setdefault(glance.explanation, glance)
-    return list(best.values())
+    return _best_of_each(candidates.in_parallel(tasks))
 
 
 def _couples(observations: Observations, leader: Fit, effects: Sequence[str]) -> list[Couple]:
@@ -126,6 +134,19 @@ def _couples(observations: Observations, leader: Fit, effects: Sequence[str]) ->
         Couple(leader, name, p.parameters, p.gain, leader.objective - 0.5 * p.gain)
         for name, p in promises.items()
     ]
+
+
+def _left(observations: Observations, fits: Iterable[Fit]) -> float:
+    """Chi-square of a sample that the best of these fits leaves."""
+    return 2 * min(f.objective for f in fits) / observations.n_used
+
+
+def _best_of_each(fits: Iterable[Fit]) -> list[Fit]:
+    """The best fit of each explanation, the best first."""
+    best: dict[Explanation, Fit] = {}
+    for one in _best_first(fits):
+        best.setdefault(one.explanation, one)
+    return list(best.values())
 
 
 def _best_first(fits: Iterable[Fit]) -> list[Fit]:
