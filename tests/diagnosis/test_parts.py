@@ -1,5 +1,6 @@
 """The parts of a diagnosis against what they should be, each without a data set."""
 
+import importlib
 from types import SimpleNamespace
 from typing import cast
 
@@ -170,15 +171,35 @@ def test_a_reading_may_have_a_kink() -> None:
         assert clipped.sense((f, f), jnp.asarray(1e-4), jnp.zeros(4))[1] == pytest.approx(reading)
 
 
-def test_a_prediction_that_diverges_ends_and_says_so() -> None:
-    # a push that grows with the cube of the stroke, beyond what the contact holds
-    held, gone = (
-        predict(gap_model(("unknown_actuator",), tuple(own)), np.array([0.1]), np.array([60.0]))[0]
-        for own in (typical("unknown_actuator"), typical("unknown_actuator", stroke_3_n=300.0))
-    )
+def test_where_a_free_curve_goes_astray_the_recalibrated_model_predicts() -> None:
+    model = gap_model(("unknown_contact",), tuple(typical("unknown_contact")))
+    near, far = np.array([0.1, 20.0]), np.array([60.0, 60.0])
+    held, gone = predict(model, near, far)
     assert gone.diverges and not held.diverges
-    assert gone.time[-1] < held.time[-1]
-    assert np.isfinite([*gone.force, *gone.contact_force, gone.peak_force_std]).all()
+    instead = predict(model, near, far, "recalibrated")[1]
+    assert not instead.diverges
+    assert gone.peak_force == instead.peak_force
+    assert np.array_equal(gone.contact_force, instead.contact_force)
+
+
+def test_what_a_free_curve_does_after_contact_is_lost_says_nothing() -> None:
+    # a push that grows with the cube of the stroke breaks the simulation down when the flange has left the part
+    model = gap_model(("unknown_actuator",), tuple(typical("unknown_actuator", stroke_3_n=300.0)))
+    (away,) = predict(model, np.array([0.1]), np.array([60.0]))
+    assert not away.diverges
+    assert away.time[-1] < 0.02
+    assert np.isfinite([*away.force, *away.contact_force, away.peak_force_std]).all()
+
+
+def test_the_force_up_to_which_a_free_curve_was_tried_is_of_the_first_contact(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    contact = np.array([[0.0, 60.0, 120.0, -1.0, 1e9, np.nan], [0.0, 40.0, 50.0, 45.0, 30.0, 20.0]])
+    module = importlib.import_module("acf_jax.diagnosis.forward")
+    monkeypatch.setattr(module, "forward", lambda *_: module.Forces(contact, contact[:, None]))
+    some, grid = np.zeros(2), module.Grid(1e-4, 5)
+    assert module.reach_of(("unknown_contact",), some, some, some, grid) == 120.0
+    assert module.reach_of(("gravity",), some, some, some, grid) == np.inf
 
 
 @pytest.mark.parametrize("delay", [1.5e-4, -1.5e-4])

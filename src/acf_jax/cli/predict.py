@@ -119,8 +119,8 @@ def command(
     _warn_beyond(f_p, model.f_p_range, "pretensions", "N")
     if diverging := [t.name for t, p in zip(trials, predictions, strict=True) if p.diverges]:
         click.echo(
-            f"note: the model diverges at {', '.join(diverging[:5])}{' and others' * (len(diverging) > 5)}, too far"
-            " from the trials: what is written of these impacts says nothing",
+            f"note: the correction diverges at {', '.join(diverging[:5])}{' and others' * (len(diverging) > 5)}, too"
+            " far from the trials: what is written of these impacts is the recalibrated model's",
             err=True,
         )
 

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from acf_jax.diagnosis.ports import CONTINUED
+from acf_jax.diagnosis.sample import first_loss
 from acf_jax.diagnosis.space import RIG, Explanation, classes, parameters
 from acf_jax.effects import AbstractEffect
 from acf_jax.effects._interface import Scalar
@@ -92,7 +93,10 @@ def reach_of(
     """The contact force, N, up to which impacts try a free curve of it; infinite without one."""
     if not any(issubclass(cls, CONTINUED) for cls in classes(explanation)):
         return np.inf
-    return float(forward(explanation, theta, v_e, f_p, grid).contact.max())
+    contact = forward(explanation, theta, v_e, f_p, grid).contact
+    # when contact was lost, a free curve may go anywhere
+    in_contact = np.arange(contact.shape[1]) < first_loss(contact)[:, None]
+    return float(contact[in_contact].max())
 
 
 def forward(

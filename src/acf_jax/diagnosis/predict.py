@@ -1,6 +1,6 @@
 """What a gap model predicts at conditions that were not tried: traces, peaks and their uncertainty."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal, NamedTuple
 
@@ -13,7 +13,8 @@ from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
 from acf_jax.diagnosis.space import RIG
 
 LONGEST = 0.060  # s, of a predicted trace whose contact is not lost
-DIVERGED = 1e6  # N
+DIVERGED = 10.0  # times the largest force that the trials tried a free curve with,
+BROKEN_DOWN = 1e6  # and N in any case
 Which = Literal["nominal", "recalibrated", "corrected"]
 
 
@@ -21,7 +22,7 @@ Which = Literal["nominal", "recalibrated", "corrected"]
 class Prediction:
     """One impact. Traces run from time 0 until contact is lost and the sensor has seen it, or for 60 ms.
 
-    `diverges`: the model does, far beyond the trials; the trace ends there, and its peak says nothing.
+    `diverges`: a free curve does, far beyond the trials; the impact is predicted by the recalibrated model instead.
     """
 
     time: np.ndarray  # (n,) s
@@ -58,7 +59,14 @@ def predict(
     runs = [_run(model, v, v_e, f_p) for v in (main, *others)]
     weights = np.array([max(v.probability, 1e-9) for v in (main, *others)])
     weights /= weights.sum()
-    return [_one(model, which, runs, weights, i, rate) for i in range(len(v_e))]
+    predictions = [_one(model, which, runs, weights, i, rate) for i in range(len(v_e))]
+    if which == "corrected" and runs[0].diverges.any():
+        instead = predict(model, v_e, f_p, "recalibrated", sample_rate)
+        predictions = [
+            replace(other, diverges=True) if gone else own
+            for own, other, gone in zip(predictions, instead, runs[0].diverges, strict=True)
+        ]
+    return predictions
 
 
 def tried_reach(model: GapModel, v: Variant) -> float:
@@ -86,13 +94,17 @@ class _Run(NamedTuple):
 
 def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
     theta, grid = np.array(v.theta), _grid(model, v)
-    forces = forward(v.effects, theta, v_e, f_p, grid, tried_reach(model, v))
-    # a free form that is continued far beyond the trials may diverge: from there on there is no force
+    reach = tried_reach(model, v)
+    forces = forward(v.effects, theta, v_e, f_p, grid, reach)
+    # a free curve that is continued far beyond the trials may diverge: from there on there is no force
+    most = min(DIVERGED * reach, BROKEN_DOWN)
     with np.errstate(invalid="ignore"):
-        sound = (np.abs(forces.sensed) < DIVERGED) & (np.abs(forces.contact) < DIVERGED)
+        sound = (np.abs(forces.sensed) < most) & (np.abs(forces.contact) < most)
     sound = np.logical_and.accumulate(sound, axis=1)
     forces = Forces(np.where(sound, forces.contact, 0.0), np.where(sound[:, None], forces.rows, 0.0))
-    return _Run(forces, grid, np.array(v.covariance), v.delay_s, ~sound[:, -1])
+    ends = [phase_end(s, c) for s, c in zip(forces.sensed, forces.contact, strict=True)]
+    diverges = np.array([not all(ok[: end + 1]) for ok, end in zip(sound, ends, strict=True)])
+    return _Run(forces, grid, np.array(v.covariance), v.delay_s, diverges)
 
 
 def _one(
@@ -103,7 +115,7 @@ def _one(
     i: int,
     rate: float,
 ) -> Prediction:
-    forces, grid, covariance, delay, diverges = runs[0]
+    forces, grid, covariance, delay, _ = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
     # when the sensor saw what it reads: at first contact it has seen nothing, however early it seemed to read
@@ -136,5 +148,4 @@ def _one(
         peak_time=float(time[top]),
         contact_peak_force=contact_peak,
         contact_peak_force_std=float(np.sqrt(own * ratio**2 + between[1] + (form * contact_peak) ** 2)),
-        diverges=bool(diverges[i]),
     )
