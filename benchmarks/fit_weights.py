@@ -1,16 +1,18 @@
 """Fit the weights of the diagnosis's score on blind runs, and say how well calibrated it then is.
 
     python benchmarks/fit_weights.py RUN [RUN ...]
+    python benchmarks/fit_weights.py RUN --try port=12 --try port=16,nameless=18
 
 RUN is a folder of `python -m acf_jax blind --out RUN`, scored. The weights maximise the log probability of the truth,
 under a prior that is as wide as a factor of e about the present ones; the runs of a reference score are not for this.
-Prints the weights for src/acf_jax/diagnosis/score.py.
+Prints the weights for src/acf_jax/diagnosis/score.py; with `--try` only how the runs come out with these weights.
 """
 
 import argparse
 import json
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import astuple, fields
+from dataclasses import astuple, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +21,7 @@ from scipy.optimize import minimize
 
 from acf_jax.blind.answer import Answer
 from acf_jax.blind.calibration import calibrate
+from acf_jax.blind.ceiling import WEAK
 from acf_jax.blind.seal import open_answers
 from acf_jax.diagnosis.score import UNKNOWN, WEIGHTS, Evidence, Weights, is_port, log_scores
 from acf_jax.effects import library
@@ -29,6 +32,7 @@ LEAST = -12.0  # log probability of a truth below which a case costs no more: it
 class Case(NamedTuple):
     """What a case's fits left, and what was true."""
 
+    kind: str  # "none", "weak", "clear", "pair" or "unknown"
     evidence: Sequence[Evidence]
     samples: int
     right: set[tuple[str, ...]]  # explanations that count as the truth
@@ -52,12 +56,13 @@ def _case(content: dict[str, Any], answer: Answer) -> Case:
         Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]))
         for f in content["evidence"]["fits"]
     ]
+    samples = content["evidence"]["samples"]
     truth = tuple(sorted(answer.effects))
     if answer.withheld or any(name not in library() for name in truth):
-        return Case(
-            found, content["evidence"]["samples"], {UNKNOWN, *((n,) for n in answer.neighbours)}, UNKNOWN
-        )
-    return Case(found, content["evidence"]["samples"], {truth}, truth)
+        return Case("unknown", found, samples, {UNKNOWN, *((n,) for n in answer.neighbours)}, UNKNOWN)
+    single = "clear" if (answer.whitened_distance or 0.0) >= WEAK[1] else "weak"
+    kind = ("none", single, "pair")[len(truth)]
+    return Case(kind, found, samples, {truth}, truth)
 
 
 def explained(case: Case, weights: Weights) -> dict[tuple[str, ...], float]:
@@ -71,25 +76,47 @@ def explained(case: Case, weights: Weights) -> dict[tuple[str, ...], float]:
     return total
 
 
+def log_probability(case: Case, weights: Weights) -> float:
+    """Of the truth."""
+    p = sum(value for name, value in explained(case, weights).items() if name in case.right)
+    return float(max(np.log(max(p, 1e-300)), LEAST))
+
+
 def loss(log_weights: np.ndarray, cases: Sequence[Case]) -> float:
     """Minus the log probability of all truths, and the prior of the weights."""
     weights = Weights(*np.exp(log_weights))
-    total = 0.0
-    for case in cases:
-        p = sum(value for name, value in explained(case, weights).items() if name in case.right)
-        total -= max(np.log(max(p, 1e-300)), LEAST)
-    return total + 0.5 * float(((log_weights - np.log(astuple(WEIGHTS))) ** 2).sum())
+    total = sum(log_probability(case, weights) for case in cases)
+    return 0.5 * float(((log_weights - np.log(astuple(WEIGHTS))) ** 2).sum()) - total
 
 
 def report(name: str, cases: Sequence[Case], weights: Weights) -> str:
-    """Accuracy and calibration with some weights."""
+    """Accuracy, log loss and calibration with some weights; the whole truth first, whatever its class."""
     ranked = [max(explained(c, weights).items(), key=lambda item: item[1]) for c in cases]
     right = np.array([first in c.right for (first, _), c in zip(ranked, cases, strict=True)])
     c = calibrate(np.array([p for _, p in ranked]), right)
-    return (
-        f"{name}: {right.sum()} of {len(cases)} first, said with {c.stated @ c.cases / len(cases):.3f} on average,"
-        f" calibration error {c.error:.3f} (chance {c.by_chance:.3f})"
+    every, first = (
+        Counter(c.kind for c in cases),
+        Counter(c.kind for c, ok in zip(cases, right, strict=True) if ok),
     )
+    by_kind = ", ".join(f"{kind} {first[kind]}/{n}" for kind, n in sorted(every.items()))
+    lost = -np.mean([log_probability(case, weights) for case in cases])
+    return (
+        f"{name}: {by_kind}; log loss {lost:.3f}; said with {c.stated @ c.cases / len(cases):.3f} on average,"
+        f" right {right.mean():.3f}, calibration error {c.error:.3f} (chance {c.by_chance:.3f})"
+    )
+
+
+def changed(text: str) -> Weights:
+    """The present weights with some changed, as in `port=12,nameless=14`."""
+    values = dict(part.split("=", 1) for part in text.split(","))
+    if unknown := set(values) - {field.name for field in fields(Weights)}:
+        raise argparse.ArgumentTypeError(f"no weight {', '.join(sorted(unknown))}")
+    return replace(WEIGHTS, **{name: float(value) for name, value in values.items()})
+
+
+def _difference(weights: Weights) -> str:
+    present = zip(fields(Weights), astuple(WEIGHTS), astuple(weights), strict=True)
+    return ", ".join(f"{field.name} {new:g}" for field, old, new in present if new != old)
 
 
 def main() -> None:
@@ -98,8 +125,14 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("runs", nargs="+", type=Path)
-    cases = [case for run in parser.parse_args().runs for case in read_run(run)]
+    parser.add_argument("--try", dest="tried", action="append", type=changed, metavar="NAME=VALUE,...")
+    chosen = parser.parse_args()
+    cases = [case for run in chosen.runs for case in read_run(run)]
     print(report("present weights", cases, WEIGHTS))
+    for weights in chosen.tried or ():
+        print(report(_difference(weights), cases, weights))
+    if chosen.tried:
+        return
     start = np.log(astuple(WEIGHTS))
     best = minimize(
         loss, start, (cases,), "Nelder-Mead", options={"maxiter": 1500, "xatol": 1e-2, "fatol": 1e-2}
