@@ -31,7 +31,7 @@ from acf_jax.diagnosis.score import (
     explanations,
     probabilities,
 )
-from acf_jax.diagnosis.space import coordinates, every_effect, starts
+from acf_jax.diagnosis.space import component_of, coordinates, every_effect, starts
 from tests.corrected import gap_model
 from tests.diagnosis.imagined import RIG
 from tests.typical import typical
@@ -141,14 +141,29 @@ def test_contact_is_lost_only_after_there_was_some() -> None:
     assert first_loss(np.zeros(6)) == 6
 
 
-def test_the_port_stays_open_where_none_fits() -> None:
-    def shares(*chi_square: float) -> np.ndarray:
-        fits = zip([(), *((name,) for name in ports())], (20000.0, *chi_square), strict=True)
-        p = probabilities([Evidence(e, x, (0.0,) * 4) for e, x in fits], 1000)[1:]
-        return np.asarray(p / p.sum())
+def port_shares(strain: float = 0.0, **chi_square: float) -> dict[str, float]:
+    """Of an unknown cause, by what each port leaves; its rig strained at the actuator's."""
+    names = [(), *((name,) for name in ports())]
+    left = (20000.0, *(chi_square[component_of(name)] for name in ports()))
+    strains = [(strain if "unknown_actuator" in name else 0.0,) * 4 for name in names]
+    p = probabilities([Evidence(*row) for row in zip(names, left, strains, strict=True)], 1000)[1:]
+    return {component_of(name): float(value) for name, value in zip(ports(), p / p.sum(), strict=True)}
 
-    assert shares(1000.0, 3000.0, 3000.0, 3000.0)[0] > 0.9
-    assert shares(11000.0, 13000.0, 13000.0, 13000.0)[0] < 0.8
+
+def test_the_port_stays_open_where_none_fits() -> None:
+    near = port_shares(actuator=1000.0, contact=3000.0, robot=3000.0, sensor=3000.0)
+    far = port_shares(actuator=11000.0, contact=13000.0, robot=13000.0, sensor=13000.0)
+    assert near["actuator"] > 0.99
+    assert far["actuator"] < 0.95 * near["actuator"]
+    assert far["contact"] > 10 * near["contact"]
+
+
+def test_ports_that_all_forces_pass_and_strained_ones_have_to_fit_better() -> None:
+    even = port_shares(actuator=1000.0, contact=1000.0, robot=1000.0, sensor=1000.0)
+    assert even["actuator"] == even["contact"]
+    assert even["robot"] == even["sensor"] == pytest.approx(even["contact"] * np.exp(-WEIGHTS.in_series))
+    strained = port_shares(20.0, actuator=1000.0, contact=1000.0, robot=1000.0, sensor=1000.0)
+    assert strained["actuator"] < 0.1 * strained["contact"]
 
 
 def test_an_effect_that_fits_any_noise_must_fit_better() -> None:

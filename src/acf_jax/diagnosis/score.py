@@ -14,6 +14,7 @@ UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
 SAMPLES_A_PIECE = 10.0  # samples that count as one piece where there are few
 CONVINCING = 0.4  # shrinkage on unseen conditions below which an explanation is doubted
+IN_SERIES = ("robot", "sensor")  # components that all of the contact force passes
 HIGHEST = 0.995  # no probability is stated higher: a world outside these models always remains
 
 
@@ -37,6 +38,10 @@ class Weights:
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
     port: float = 14.0  # cost of the free discrepancy at a port
     nameless: float = 16.0  # cost of a cause that neither the library nor the ports can imitate
+    in_series: float = (
+        2.0  # further cost of a port that all forces pass, in telling where an unknown cause acts
+    )
+    strain_told: float = 0.5  # share of what a rig's strain costs that counts there
     freedom: float = 8.5  # degrees of freedom of the Student prior of the rig's parameters
     margin: float = 0.05  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
@@ -123,14 +128,30 @@ def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights =
     named = p[:-1]
     at_ports = np.array([is_port(e.explanation) for e in evidence])
     if at_ports.any():
-        # where an unknown cause acts is told by how well each port fits; what its rig had to do for that says little,
-        # and where even the best one leaves much, that it is the best says little
-        chi2 = np.array([e.chi_square for e in evidence])
-        left = chi2[at_ports]
-        wrong = weights.rho_squared * max(chi2[0] - left.min(), 0.0) + max(left.min() - samples, 0.0)
-        share = np.exp(-_misfit(left - left.min(), wrong, weights.nu, samples))
-        named[at_ports] = (named[at_ports].sum() + p[-1]) * share / share.sum()
+        share = _port_shares(
+            [e for e in evidence if is_port(e.explanation)], evidence[0].chi_square, samples, weights
+        )
+        named[at_ports] = (named[at_ports].sum() + p[-1]) * share
     return _capped(named / named.sum())
+
+
+def _port_shares(fits: Sequence[Evidence], whole: float, samples: int, weights: Weights) -> np.ndarray:
+    """Where an unknown cause acts: the probability of each of these ports, `whole` the chi-square of no explanation.
+
+    It is told by how well each port fits, and by what its rig had to do for that. Robot and sensor stand in series with
+    everything, so their curves can imitate most of what happens elsewhere. Where even the best port leaves much, that
+    it is the best says little.
+    """
+    left = np.array([e.chi_square for e in fits])
+    wrong = weights.rho_squared * max(whole - left.min(), 0.0) + max(left.min() - samples, 0.0)
+    in_series = np.array([component_of(e.explanation[0]) in IN_SERIES for e in fits])
+    score = (
+        -_misfit(left - left.min(), wrong, weights.nu, samples)
+        - weights.strain_told * _strained(fits, weights)
+        - weights.in_series * in_series
+    )
+    share = np.exp(score - score.max())
+    return np.asarray(share / share.sum())
 
 
 def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:
