@@ -1,11 +1,13 @@
 """The next trial: where two explanations that still stand predict the most different forces."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import norm
 
 from acf_jax.diagnosis.fit import N_OWN, Fit, linearise
+from acf_jax.diagnosis.forward import reach_of
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.space import Explanation
 
@@ -53,7 +55,9 @@ def propose(
     conditions = [(v, f) for v in np.linspace(low, high, 7) for f in pretensions]
     longest = int(np.argmax(o.used.sum(1)))
     planned = o.subset(np.arange(len(o.names)) == longest)
-    distances = [_distance(planned, v, f, first[0], second[0]) for v, f in conditions]
+    fits = (first[0], second[0])
+    reaches = [reach_of(x.explanation, x.theta[:-1], o.v_e, o.f_p, x.grid) for x in fits]
+    distances = [_distance(planned, v, f, fits, reaches) for v, f in conditions]
     pick = int(np.argmax(distances))
     after = error_probability(first[1], second[1], np.sqrt(REPEATS) * distances[pick])
     before = min(first[1], second[1]) / (first[1] + second[1])
@@ -62,14 +66,21 @@ def propose(
     return Experiment(float(v), float(f), REPEATS, names, float(before), float(min(after, before)))
 
 
-def _distance(planned: Observations, v: float, f: float, a: Fit, b: Fit) -> float:
-    """Whitened distance of two fits' predictions of one trial."""
+def _distance(
+    planned: Observations, v: float, f: float, fits: Sequence[Fit], reaches: Sequence[float]
+) -> float:
+    """Whitened distance of two fits' predictions of one trial; 0 where one of them goes astray."""
     trial = replace(planned, v_e=np.array([v]), f_p=np.array([f]))
     quiet = np.zeros((1, N_OWN))
-    lines = [linearise(trial, x.explanation, x.coordinates, x.u, quiet, x.grid) for x in (a, b)]
+    lines = [
+        linearise(trial, x.explanation, x.coordinates, x.u, quiet, x.grid, reach)
+        for x, reach in zip(fits, reaches, strict=True)
+    ]
+    if not all(line.is_sound for line in lines):
+        return 0.0
     difference = (lines[0].residual - lines[1].residual)[0]
     columns = [lines[0].by_own[0].T]
-    for x, line in zip((a, b), lines, strict=True):
+    for x, line in zip(fits, lines, strict=True):
         columns.append(line.by_parameter[0].T @ np.linalg.cholesky(np.linalg.inv(x.hessian)))
     spread = np.concatenate(columns, axis=1)
     inner = np.linalg.solve(spread.T @ spread + np.eye(spread.shape[1]), spread.T @ difference)

@@ -90,6 +90,13 @@ class Linearisation:
     predicted: np.ndarray  # (trials, n) N
     spread: np.ndarray  # (trials, 3, n) N, change of the force by one standard deviation of each nuisance
 
+    @property
+    def is_sound(self) -> bool:
+        """Whether the integration was stable."""
+        parts = (self.residual, self.by_parameter, self.by_own)
+        # not a number is not smaller either
+        return all(np.abs(part).max(initial=0.0) < LARGEST for part in parts)
+
 
 def linearise(
     observations: Observations,
@@ -164,10 +171,7 @@ def _normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inf
 
 def _objective(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> float:
     """Half chi-square of data, nuisances and priors; infinite where the simulation has broken down."""
-    parts = (linear.residual, linear.by_parameter, linear.by_own)
-    if not all(
-        np.abs(part).max(initial=0.0) < LARGEST for part in parts
-    ):  # not a number is not smaller either
+    if not linear.is_sound:
         return np.inf
     return 0.5 * float((linear.residual**2).sum() / inflation + (own**2).sum() + (u**2).sum())
 
@@ -264,7 +268,8 @@ def fit(
         linear = linearise(observations, explanation, at, u, own, grid)
     objective = _objective(linear, u, own)
     hessian = _normal_equations(linear, u, own, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
-    chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)
+    with np.errstate(over="ignore"):  # of an unstable integration
+        chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)
     residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
     return Fit(explanation, at, u, own, objective, chi2, hessian, residual, linear, grid)
 
