@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 
 from acf_jax.blind.answer import Answer
 from acf_jax.blind.calibration import calibrate
-from acf_jax.blind.ceiling import WEAK
+from acf_jax.blind.plan import WEAK
 from acf_jax.blind.seal import open_answers
 from acf_jax.diagnosis.score import UNKNOWN, WEIGHTS, Evidence, Weights, is_port, log_scores
 from acf_jax.effects import library
