@@ -35,6 +35,7 @@ class Case(NamedTuple):
     kind: str  # "none", "weak", "clear", "pair" or "unknown"
     evidence: Sequence[Evidence]
     samples: int
+    noise_doubt: float
     right: set[tuple[str, ...]]  # explanations that count as the truth
     strict: tuple[str, ...]
 
@@ -56,18 +57,18 @@ def _case(content: dict[str, Any], answer: Answer) -> Case:
         Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]))
         for f in content["evidence"]["fits"]
     ]
-    samples = content["evidence"]["samples"]
+    samples, doubt = content["evidence"]["samples"], content["evidence"].get("noise_doubt", 0.0)
     truth = tuple(sorted(answer.effects))
     if answer.withheld or any(name not in library() for name in truth):
-        return Case("unknown", found, samples, {UNKNOWN, *((n,) for n in answer.neighbours)}, UNKNOWN)
+        return Case("unknown", found, samples, doubt, {UNKNOWN, *((n,) for n in answer.neighbours)}, UNKNOWN)
     single = "clear" if (answer.whitened_distance or 0.0) >= WEAK[1] else "weak"
     kind = ("none", single, "pair")[len(truth)]
-    return Case(kind, found, samples, {truth}, truth)
+    return Case(kind, found, samples, doubt, {truth}, truth)
 
 
 def explained(case: Case, weights: Weights) -> dict[tuple[str, ...], float]:
     """Probability of each explanation, unknown causes together."""
-    score = log_scores(case.evidence, case.samples, weights)
+    score = log_scores(case.evidence, case.samples, weights, case.noise_doubt)
     p = np.exp(score - score.max())
     total: dict[tuple[str, ...], float] = {}
     for name, value in zip([*(e.explanation for e in case.evidence), UNKNOWN], p / p.sum(), strict=True):

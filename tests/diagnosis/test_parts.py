@@ -166,6 +166,14 @@ def test_ports_that_all_forces_pass_and_strained_ones_have_to_fit_better() -> No
     assert strained["actuator"] < 0.1 * strained["contact"]
 
 
+def test_noise_whose_colour_is_hardly_known_is_no_unknown_cause() -> None:
+    evidence = [Evidence(e, 1300.0, (0.0,) * 4) for e in ((), ("unknown_robot",))]
+    known, guessed = (probabilities(evidence, 1000, noise_doubt=doubt)[0] for doubt in (0.0, 0.2))
+    assert guessed > 0.99 and known < 0.01
+    assert Noise(1.0, 0.9, 1e-3, samples=200).doubt == pytest.approx(0.2)
+    assert Noise(1.0, samples=20).doubt == 0.0
+
+
 def test_an_effect_that_fits_any_noise_must_fit_better() -> None:
     plain, eager = ("sensor_lag",), ("sensor_resonance",)
     rest = (0.0,) * 4

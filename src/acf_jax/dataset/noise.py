@@ -34,6 +34,14 @@ class Noise:
         """Whether samples are independent."""
         return self.share == 0.0
 
+    @property
+    def doubt(self) -> float:
+        """By which share a mean square of whitened noise may exceed 1, since its colour is told from few samples.
+
+        Two standard deviations of the mean square of as many samples; 0 where noise is white.
+        """
+        return 0.0 if self.is_white else 2 * float(np.sqrt(2 / max(self.samples, 2)))
+
     def covariance(self, time: Array) -> Array:
         """Covariance of the samples at `time` (s, shape (N,)), N^2, shape (N, N)."""
         return self.std**2 * _correlation(np.asarray(time, float), self.share, self.correlation_time)

@@ -93,7 +93,8 @@ def diagnose(
         observations = with_scatter(observations.subset(kept))
         recalibrated, fits = fit_all(observations, effects, progress)
     fits = [recalibrated, *fits]
-    probability = probabilities([evidence_of(f) for f in fits], observations.n_used)
+    evidence = [evidence_of(f) for f in fits]
+    probability = probabilities(evidence, observations.n_used, noise_doubt=observations.noise.doubt)
     scored = explanations(fits, probability)
     credible = credible_set(scored)
     corrected = _corrected(fits, probability, scored[0].explanation)

@@ -55,6 +55,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
         "next_experiment": _experiment(d),
         "evidence": {
             "samples": d.observations.n_used,
+            "noise_doubt": _round(d.observations.noise.doubt),
             "fits": [
                 {
                     "effects": list(e.explanation),

@@ -90,12 +90,15 @@ def evidence_of(fitted: Fit) -> Evidence:
     return Evidence(fitted.explanation, float(2 * fitted.objective - strain.sum()), tuple(strain.tolist()))
 
 
-def log_scores(evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
+def log_scores(
+    evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS, noise_doubt: float = 0.0
+) -> np.ndarray:
     """Unnormalised log probability of each explanation, the paper's model first, then of a nameless cause.
 
-    The nameless cause would leave nothing but noise, here a little more than the noise as known.
+    The nameless cause would leave nothing but noise, here a little more than the noise as known, and by the share
+    `noise_doubt` more where its colour is hardly known (`acf_jax.dataset.Noise.doubt`).
     """
-    noise = samples * (1 + weights.margin + 3 * np.sqrt(2 / samples))
+    noise = samples * (1 + weights.margin + noise_doubt + 3 * np.sqrt(2 / samples))
     chi2 = np.append([e.chi_square for e in evidence], noise)
     gap, excess = chi2[0] - chi2.min(), chi2 - chi2.min()
     misfit = _misfit(excess, weights.rho_squared * gap, weights.nu, samples)
@@ -120,9 +123,11 @@ def _strained(evidence: Sequence[Evidence], weights: Weights) -> np.ndarray:
     return np.asarray(0.5 * weights.freedom * np.log1p(rig / weights.freedom).sum(1))
 
 
-def probabilities(evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS) -> np.ndarray:
+def probabilities(
+    evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS, noise_doubt: float = 0.0
+) -> np.ndarray:
     """Probability of each explanation, shape (n,), none above `HIGHEST`; a nameless cause counts with the ports."""
-    score = log_scores(evidence, samples, weights)
+    score = log_scores(evidence, samples, weights, noise_doubt)
     p = np.exp(score - score.max())
     p /= p.sum()
     named = p[:-1]
