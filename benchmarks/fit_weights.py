@@ -109,10 +109,13 @@ def report(name: str, cases: Sequence[Case], weights: Weights) -> str:
 
 def changed(text: str) -> Weights:
     """The present weights with some changed, as in `port=12,nameless=14`."""
-    values = dict(part.split("=", 1) for part in text.split(","))
+    try:
+        values = {name: float(value) for name, value in (part.split("=", 1) for part in text.split(","))}
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form port=12,nameless=14") from None
     if unknown := set(values) - {field.name for field in fields(Weights)}:
         raise argparse.ArgumentTypeError(f"no weight {', '.join(sorted(unknown))}")
-    return replace(WEIGHTS, **{name: float(value) for name, value in values.items()})
+    return replace(WEIGHTS, **values)
 
 
 def _difference(weights: Weights) -> str:

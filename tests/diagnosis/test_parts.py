@@ -1,6 +1,6 @@
 """The parts of a diagnosis against what they should be, each without a data set."""
 
-import importlib
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -13,7 +13,7 @@ from scipy.stats import norm
 from acf_jax.dataset import Noise
 from acf_jax.diagnosis.experiment import error_probability
 from acf_jax.diagnosis.fit import BEYOND, Fit
-from acf_jax.diagnosis.forward import Grid, forward, reach_of
+from acf_jax.diagnosis.forward import Forces, Grid, forward, reach_of
 from acf_jax.diagnosis.model_file import variant
 from acf_jax.diagnosis.observe import whiten
 from acf_jax.diagnosis.ports import ports
@@ -26,6 +26,7 @@ from acf_jax.diagnosis.score import (
     WEIGHTS,
     Evidence,
     Scored,
+    Weights,
     credible_set,
     doubt,
     explanations,
@@ -141,21 +142,21 @@ def test_contact_is_lost_only_after_there_was_some() -> None:
     assert first_loss(np.zeros(6)) == 6
 
 
-def port_shares(strain: float = 0.0, **chi_square: float) -> dict[str, float]:
+def port_shares(strain: float = 0.0, weights: Weights = WEIGHTS, **chi_square: float) -> dict[str, float]:
     """Of an unknown cause, by what each port leaves; its rig strained at the actuator's."""
     names = [(), *((name,) for name in ports())]
     left = (20000.0, *(chi_square[component_of(name)] for name in ports()))
     strains = [(strain if "unknown_actuator" in name else 0.0,) * 4 for name in names]
-    p = probabilities([Evidence(*row) for row in zip(names, left, strains, strict=True)], 1000)[1:]
+    p = probabilities([Evidence(*row) for row in zip(names, left, strains, strict=True)], 1000, weights)[1:]
     return {component_of(name): float(value) for name, value in zip(ports(), p / p.sum(), strict=True)}
 
 
 def test_the_port_stays_open_where_none_fits() -> None:
-    near = port_shares(actuator=1000.0, contact=3000.0, robot=3000.0, sensor=3000.0)
-    far = port_shares(actuator=11000.0, contact=13000.0, robot=13000.0, sensor=13000.0)
-    assert near["actuator"] > 0.99
-    assert far["actuator"] < 0.95 * near["actuator"]
-    assert far["contact"] > 10 * near["contact"]
+    alike = replace(WEIGHTS, in_series=0.0)
+    near = port_shares(weights=alike, actuator=1000.0, contact=3000.0, robot=3000.0, sensor=3000.0)
+    far = port_shares(weights=alike, actuator=11000.0, contact=13000.0, robot=13000.0, sensor=13000.0)
+    assert near["actuator"] > 0.9
+    assert far["actuator"] < 0.8
 
 
 def test_ports_that_all_forces_pass_and_strained_ones_have_to_fit_better() -> None:
@@ -218,11 +219,10 @@ def test_the_force_up_to_which_a_free_curve_was_tried_is_of_the_first_contact(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     contact = np.array([[0.0, 60.0, 120.0, -1.0, 1e9, np.nan], [0.0, 40.0, 50.0, 45.0, 30.0, 20.0]])
-    module = importlib.import_module("acf_jax.diagnosis.forward")
-    monkeypatch.setattr(module, "forward", lambda *_: module.Forces(contact, contact[:, None]))
-    some, grid = np.zeros(2), module.Grid(1e-4, 5)
-    assert module.reach_of(("unknown_contact",), some, some, some, grid) == 120.0
-    assert module.reach_of(("gravity",), some, some, some, grid) == np.inf
+    monkeypatch.setattr("acf_jax.diagnosis.forward.forward", lambda *_: Forces(contact, contact[:, None]))
+    some, grid = np.zeros(2), Grid(1e-4, 5)
+    assert reach_of(("unknown_contact",), some, some, some, grid) == 120.0
+    assert reach_of(("gravity",), some, some, some, grid) == np.inf
 
 
 @pytest.mark.parametrize("delay", [1.5e-4, -1.5e-4])

@@ -80,6 +80,11 @@ def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     return Grid(h, int(np.ceil(end / h)) + BEYOND)
 
 
+def is_bounded(values: np.ndarray) -> bool:
+    """Whether residuals or derivatives, in units of the noise, come from a stable integration."""
+    return bool(np.abs(values).max(initial=0.0) < LARGEST)  # not a number is not smaller either
+
+
 @dataclass(frozen=True)
 class Linearisation:
     """Whitened residuals and derivatives of every trial at one point."""
@@ -93,9 +98,7 @@ class Linearisation:
     @property
     def is_sound(self) -> bool:
         """Whether the integration was stable."""
-        parts = (self.residual, self.by_parameter, self.by_own)
-        # not a number is not smaller either
-        return all(np.abs(part).max(initial=0.0) < LARGEST for part in parts)
+        return all(map(is_bounded, (self.residual, self.by_parameter, self.by_own)))
 
 
 def linearise(

@@ -88,15 +88,19 @@ def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
     Far from the data a promise to first order says little, and from which of two effects a fit begins may decide it.
     """
     names = [f.explanation[0] for f in alone]
+    couples: dict[Explanation, list[Couple]] = {}
 
     def couples_of(leaders: Sequence[Fit]) -> list[list[Couple]]:
-        return candidates.in_parallel([partial(_couples, observations, f, names) for f in leaders])
+        new = [f for f in leaders if f.explanation not in couples]
+        found = candidates.in_parallel([partial(_couples, observations, f, names) for f in new])
+        couples.update(zip((f.explanation for f in new), found, strict=True))
+        return [couples[f.explanation] for f in leaders]
 
     def promising(couples: Iterable[Couple], most: int) -> list[Couple]:
         return sorted(couples, key=lambda c: c.objective)[:most]
 
-    couples = couples_of(alone[:BEGINNINGS])
-    tried = [*couples[0], *promising(chain(*couples[1:]), TRIED)]
+    of_first, *of_next = couples_of(alone[:BEGINNINGS])
+    tried = [*of_first, *promising(chain(*of_next), TRIED)]
     best = _glance(observations, tried)
     # an effect of the best pair may stand in for one much like it
     members = [f for f in alone if best and f.explanation[0] in best[0].explanation]
@@ -106,9 +110,8 @@ def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
     ]
     best = _best_of_each([*best, *_glance(observations, swaps)])
     if best and _left(observations, best) > FAR:
-        couples += couples_of(alone[BEGINNINGS:])
         done = {(c.leader.explanation, c.name) for c in (*tried, *swaps)}
-        of_each = chain(*(promising(own, FURTHER) for own in couples))
+        of_each = chain(*(promising(own, FURTHER) for own in couples_of(alone)))
         others = [c for c in of_each if (c.leader.explanation, c.name) not in done]
         best = _best_of_each([*best, *_glance(observations, others)])
     chosen = best[:PAIRS]  # the best first, so that those near it come before the others

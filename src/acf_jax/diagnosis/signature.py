@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import LARGEST, Fit, linearise
+from acf_jax.diagnosis.fit import Fit, is_bounded, linearise
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.space import Explanation, coordinates, every_effect, looks, starts
@@ -41,7 +41,7 @@ class Ground:
         """Of each start the whitened change of the prediction, and whether the strength may be negative."""
         for start in begins:
             changed = self.bare - _residual(self.observations, self.fitted, (name,), start)
-            if np.abs(changed).max(initial=0.0) < LARGEST:  # not a number is not smaller either
+            if is_bounded(changed):
                 yield start, changed, every_effect()[name].acts_either_way()
 
     def promise(self, name: str) -> Promise:
