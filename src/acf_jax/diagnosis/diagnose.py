@@ -10,6 +10,7 @@ from acf_jax.diagnosis import separate
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.observe import Observations, observe
+from acf_jax.diagnosis.outliers import outliers
 from acf_jax.diagnosis.peaks import same_peaks
 from acf_jax.diagnosis.score import (
     UNKNOWN,
@@ -22,7 +23,7 @@ from acf_jax.diagnosis.score import (
     is_port,
     probabilities,
 )
-from acf_jax.diagnosis.search import Progress, fit_all, outliers
+from acf_jax.diagnosis.search import Progress, fit_all
 from acf_jax.diagnosis.shrinkage import Shrinkage, form_of, peak_shrinkage
 from acf_jax.diagnosis.space import Explanation, parameters
 from acf_jax.diagnosis.trigger import with_scatter
@@ -86,7 +87,7 @@ def diagnose(
     excluded = dict(quality.excluded)
     effects = [name for name in library() if name not in without]
     recalibrated, fits = fit_all(observations, effects, progress)
-    left_out = outliers(observations, min(fits, key=lambda f: f.objective))
+    left_out = outliers(observations, [recalibrated, *fits])
     if left_out:
         excluded |= left_out
         kept = np.array([name not in left_out for name in observations.names])

@@ -24,7 +24,6 @@ TRIED = 6  # and how many of those besides the best effect's
 FURTHER = 2  # effects that are tried beside each single one where the best of those pairs still leaves much
 HOPELESS = 4.0  # times the best misfit, from which on a glance is all that a pair gets
 WORTH_ONE_MORE = 6.0  # chi-square that one more effect has to promise before it is fitted
-OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
 
 Progress = Callable[[str], None]
 
@@ -155,28 +154,3 @@ def _best_of_each(fits: Iterable[Fit]) -> list[Fit]:
 def _best_first(fits: Iterable[Fit]) -> list[Fit]:
     """The fits that did not break down, the best first."""
     return sorted((f for f in fits if np.isfinite(f.objective)), key=lambda f: f.objective)
-
-
-def outliers(observations: Observations, fitted: Fit) -> dict[str, str]:
-    """Trials that even the best explanation does not fit while it fits the others."""
-    samples = np.maximum(observations.used.sum(1), 1)
-    ratio = fitted.chi2 / samples
-    if len(ratio) < 5:
-        return {}
-    usual = float(np.median(ratio))
-    beyond = fitted.chi2 - usual * samples > 40 + 8 * usual * np.sqrt(2 * samples)
-    chosen = np.flatnonzero(beyond & (ratio > OUTLIER * usual))
-    if len(chosen) > max(1, len(ratio) // 10):
-        return {}
-    # what every trial of a condition shows is physics, not a fault; a single one is given no such benefit
-    condition = observations.condition
-    groups = [np.flatnonzero(condition == condition[i]) for i in chosen]
-    chosen = np.array(
-        [i for i, g in zip(chosen, groups, strict=True) if len(g) == 1 or not np.isin(g, chosen).all()], int
-    )
-    return {
-        observations.names[
-            i
-        ]: f"its misfit to the best explanation is {ratio[i] / usual:.0f} times that of the others"
-        for i in chosen
-    }

@@ -1,0 +1,99 @@
+"""Which trials are not to be believed although the look at the data found no fault: the fits say."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from acf_jax.diagnosis.fit import N_OWN, Fit
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.score import is_port
+from acf_jax.diagnosis.search import FAR
+
+OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
+ALONE = 2.0  # leaving out any other trial makes less than so much of a difference
+
+
+def outliers(observations: Observations, fits: Sequence[Fit]) -> dict[str, str]:
+    """Trials to leave out, with the reason: the best explanation does not fit them, or nothing fits because of one."""
+    if len(observations.names) < 5:
+        return {}
+    fits = [f for f in fits if np.isfinite(f.objective)]
+    best = min(fits, key=lambda f: f.objective)
+    found = _misfits(observations, best)
+    if not found and 2 * best.objective > FAR * observations.n_used:
+        found = _bends_every_fit(observations, fits)
+    return found
+
+
+def _misfits(observations: Observations, fitted: Fit) -> dict[str, str]:
+    """Trials that the best explanation does not fit while it fits the others."""
+    samples = np.maximum(observations.used.sum(1), 1)
+    ratio = fitted.chi2 / samples
+    usual = float(np.median(ratio))
+    beyond = fitted.chi2 - usual * samples > 40 + 8 * usual * np.sqrt(2 * samples)
+    chosen = np.flatnonzero(beyond & (ratio > OUTLIER * usual))
+    if len(chosen) > max(1, len(ratio) // 10):
+        return {}
+    # what every trial of a condition shows is physics, not a fault; a single one is given no such benefit
+    condition = observations.condition
+    groups = [np.flatnonzero(condition == condition[i]) for i in chosen]
+    chosen = np.array(
+        [i for i, g in zip(chosen, groups, strict=True) if len(g) == 1 or not np.isin(g, chosen).all()], int
+    )
+    return {
+        observations.names[
+            i
+        ]: f"its misfit to the best explanation is {ratio[i] / usual:.0f} times that of the others"
+        for i in chosen
+    }
+
+
+def _bends_every_fit(observations: Observations, fits: Sequence[Fit]) -> dict[str, str]:
+    """The one trial without which a single effect, or none, would fit all others far better.
+
+    A wrong label or a loose cable among few trials bends every fit towards itself and then stands out in none. What it
+    does to a fit is told to first order, as by deletion diagnostics of linear regression.
+    """
+    simple = [f for f in fits if len(f.explanation) < 2 and not is_port(f.explanation)]
+    whole, without = zip(*map(without_each, simple), strict=True)
+    ratio = np.array(whole)[:, None] / np.array(without)
+    k, i = np.unravel_index(int(ratio.argmax()), ratio.shape)
+    others = np.delete(ratio[k], i)
+    if ratio[k, i] < OUTLIER or others.max() > ALONE or _may_be_a_limit(observations, int(i)):
+        return {}
+    return {observations.names[i]: f"without it the others agree with a model {ratio[k, i]:.0f} times better"}
+
+
+def _may_be_a_limit(observations: Observations, i: int) -> bool:
+    """Whether trial `i` alone may have gone beyond a limit: no other as fast has as high and as low an F_P."""
+    v_e, f_p = observations.v_e, observations.f_p
+    as_fast = (v_e >= v_e[i]) & (np.arange(len(v_e)) != i)
+    return not ((f_p[as_fast] >= f_p[i]).any() and (f_p[as_fast] <= f_p[i]).any())
+
+
+def without_each(fitted: Fit) -> tuple[float, np.ndarray]:
+    """Chi-square of all trials after one more step of a fit, and (trials,) of the others without each of them.
+
+    To first order about the fit, the nuisances eliminated, priors included.
+    """
+    linear, u = fitted.linear, fitted.u
+    k = linear.by_own
+    inner = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(N_OWN))
+
+    def apart(rows: np.ndarray) -> np.ndarray:  # whitened by the nuisances, too: (I + k^T k)^-1
+        return np.asarray(rows - np.einsum("ipn,ian,iab,ibm->ipm", rows, k, inner, k, optimize=True))
+
+    residual = linear.residual + np.einsum("ian,ia->in", k, fitted.own)
+    rows = np.concatenate([linear.by_parameter, residual[:, None]], axis=1)
+    products = np.einsum("ipn,iqn->ipq", apart(rows), rows)
+    total = products.sum(0)
+    total[:-1, :-1] += np.eye(len(u))
+    total[:-1, -1] -= u
+    total[-1, -1] += u @ u
+    return _least(total), np.array([_least(total - own) for own in products])
+
+
+def _least(products: np.ndarray) -> float:
+    """The least chi-square of linear regression, from the products of its rows, the residual last."""
+    slope = products[:-1, -1]
+    return float(products[-1, -1] - slope @ np.linalg.solve(products[:-1, :-1], slope))

@@ -1,0 +1,67 @@
+"""Which trials are left out because of what they do to the fits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imagined import NOISE, imagined
+
+from acf_jax.diagnosis import candidates
+from acf_jax.diagnosis.fit import Fit, fit
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.outliers import outliers, without_each
+from acf_jax.diagnosis.signature import Ground
+
+
+def _few_trials(mislabelled: int | None) -> Observations:
+    """Eight noisy trials through a lagging sensor; one may carry the trace of the first."""
+    plain = imagined("sensor_lag", (1e-3, 0.8))
+    few = plain.subset(np.arange(len(plain.names)) % 3 != 1)
+    force = few.force + NOISE * np.random.default_rng(0).standard_normal(few.force.shape)
+    if mislabelled is not None:
+        force[mislabelled] = force[0]
+    return replace(few, force=force)
+
+
+def _fits(observations: Observations) -> list[Fit]:
+    nominal = candidates.fit_nominal(observations)
+    ground = Ground.of(observations, nominal)
+    return [nominal, *(candidates.fit_single(ground, name) for name in ("sensor_lag", "end_stop"))]
+
+
+def test_a_wrong_label_that_bends_every_fit_is_found() -> None:
+    """Here the wrong trial stands out in no fit: each is bent towards it."""
+    observations = _few_trials(mislabelled=4)
+    found = outliers(observations, _fits(observations))
+    assert list(found) == [observations.names[4]]
+    assert "without it the others agree" in found[observations.names[4]]
+
+
+def test_no_trial_is_left_out_where_an_effect_explains_all() -> None:
+    observations = _few_trials(mislabelled=None)
+    assert outliers(observations, _fits(observations)) == {}
+
+
+def test_the_fastest_trial_alone_may_have_gone_beyond_a_limit() -> None:
+    """Where no other trial as fast has as high and as low a pretension, what it shows may be physics."""
+    plain = _few_trials(mislabelled=None)
+    found = []
+    for i in (3, 7):
+        force = plain.force.copy()
+        force[i] *= 1.2
+        changed = replace(plain, force=force)
+        fits = _fits(changed)
+        whole, without = without_each(fits[1])
+        assert without.argmin() == i and whole > 5 * without[i]
+        found.append(list(outliers(changed, fits)))
+    assert found == [[plain.names[3]], []]
+
+
+def test_leaving_out_a_trial_is_predicted_as_a_fit_to_the_others_finds_it() -> None:
+    observations = _few_trials(mislabelled=None)
+    fitted = fit(observations, ("sensor_lag",), _fits(observations)[1].theta, warm=True)
+    whole, without = without_each(fitted)
+    assert whole == pytest.approx(2 * fitted.objective, rel=1e-3)
+    others = observations.subset(np.arange(len(observations.names)) != 3)
+    again = fit(others, ("sensor_lag",), fitted.theta, warm=True)
+    assert without[3] == pytest.approx(2 * again.objective, rel=1e-2)
