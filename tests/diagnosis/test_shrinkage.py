@@ -9,7 +9,7 @@ import pytest
 from acf_jax.diagnosis import shrinkage
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.shrinkage import FREE, LAW, Form, Shrinkage, force_shrinkage, peak_shrinkage
+from acf_jax.diagnosis.shrinkage import FREE, LAW, Form, Shrinkage, force_shrinkage, form_of, peak_shrinkage
 from acf_jax.diagnosis.validate import HeldOut
 
 CONDITIONS, REPEATS, GAP = 6, 4, 2000.0  # GAP: mean square of what the recalibrated model misses, N^2
@@ -63,6 +63,15 @@ def test_a_delay_that_may_be_the_sensors_widens_the_interval(monkeypatch: pytest
 def test_a_free_curve_is_trusted_less_than_a_law(monkeypatch: pytest.MonkeyPatch) -> None:
     law, free = (_force(monkeypatch, left=4.0, samples=2000, form=form) for form in (LAW, FREE))
     assert law and free and free.ci95[0] < law.ci95[0] - 0.3
+
+
+def test_a_doubtful_explanation_is_trusted_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    corrected: Any = SimpleNamespace(explanation=("gravity",))
+    sure, doubtful = (
+        _force(monkeypatch, left=4.0, samples=2000, form=form_of(corrected, p)) for p in (1.0, 0.5)
+    )
+    assert sure and doubtful and doubtful.value == sure.value
+    assert doubtful.ci95[0] == pytest.approx(sure.ci95[0] - 0.5 * shrinkage.WRONG)
 
 
 def test_without_a_gap_nothing_shrinks(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -104,12 +104,12 @@ def diagnose(
     measured = _measured_peaks(dataset, quality, observations)
     nominal = _unfitted(observations)
     unseen = Unseen(observations, measured, recalibrated, corrected, seed)
-    shrinkage = unseen.shrinkage(corrected)
+    shrinkage = unseen.shrinkage(corrected, scored[0].probability)
     if shrinkage and shrinkage.ci95[1] < HOPEFUL and unseen.is_gap_clear:
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
         corrected = _corrected(fits, probability, scored[0].explanation)
-        shrinkage = unseen.shrinkage(corrected)
+        shrinkage = unseen.shrinkage(corrected, scored[0].probability)
     held = {
         "nominal": hold_out(observations, nominal, measured, unseen.scattered, refit=False),
         "recalibrated": unseen.of(recalibrated),
@@ -144,7 +144,10 @@ def diagnose(
         shrinkage_peak=None
         if no_gap
         else peak_shrinkage(
-            (held["recalibrated"], held["corrected"]), observations.condition, form_of(corrected), seed
+            (held["recalibrated"], held["corrected"]),
+            observations.condition,
+            form_of(corrected, scored[0].probability),
+            seed,
         ),
         fits=tuple(fits),
         probability=tuple(float(p) for p in probability),

@@ -17,7 +17,8 @@ RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
 ENDS = (0.025, 0.975)
 SIZES = np.linspace(-4.0, 8.0, 241)  # of an error of form, in standard deviations of its logarithm
-MORE, LESS = 1.1, 5.0  # what is left on conditions that no trial had may be so much more, or less
+LESS = 5.0  # what is left on conditions that no trial had may be so much less
+WRONG = 0.3  # of the gap may be left in addition where an explanation is wrong
 LEAST_WIDTH = 0.02  # of an interval of the peak's shrinkage, to each side
 
 
@@ -34,20 +35,22 @@ class Form(NamedTuple):
 
     usual: float  # median
     spread: float  # standard deviation of its logarithm
-    beyond: float  # what may come in addition on conditions that no trial had, or fall away
+    more: float  # what is left on conditions that no trial had may be so many times as much
+    beyond: float  # and what may come in addition there, or fall away
     stretch: float  # by how much the interval for the peak is wider than the bootstrap's
+    wrong: float = 0.0  # what may come in addition because the explanation may be wrong
 
 
-LAW = Form(0.03, 1.2, 0.04, 1.3)
+LAW = Form(0.03, 1.2, 1.1, 0.04, 1.3)
 LATE = LAW._replace(beyond=0.3)  # a law much like a delay: no fit compares the first samples
-FREE = Form(0.1, 1.2, 0.4, 4.0)  # a free curve at a port
+FREE = Form(0.1, 1.2, 2.0, 0.4, 4.0)  # a free curve at a port
 
 
-def form_of(corrected: Fit) -> Form:
-    """How far off the form of a corrected model may be."""
-    if is_port(corrected.explanation):
-        return FREE
-    return LATE if delays(corrected.explanation) else LAW
+def form_of(corrected: Fit, probability: float) -> Form:
+    """How far off the form of a corrected model may be, whose explanation has this probability."""
+    law = LATE if delays(corrected.explanation) else LAW
+    form = FREE if is_port(corrected.explanation) else law
+    return form._replace(wrong=WRONG * (1 - probability))
 
 
 def force_shrinkage(
@@ -89,7 +92,7 @@ def force_shrinkage(
     # each trial held out was shifted to where it fits best: it says nothing of a delay common to all
     ratio = np.sqrt((squared + late) / gap_there)
     low, median, high = _quantiles(ratio, weight, (ENDS[0], 0.5, ENDS[1]))
-    low, high = max(low / LESS, low - form.beyond), MORE * high + form.beyond
+    low, high = max(low / LESS, low - form.beyond), form.more * high + form.beyond + form.wrong
     return Shrinkage(1 - median, (1 - high, 1 - low))
 
 

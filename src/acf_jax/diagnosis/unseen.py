@@ -30,11 +30,11 @@ class Unseen:
             )
         return self.known[fitted.explanation]
 
-    def shrinkage(self, corrected: Fit) -> Shrinkage | None:
-        """How far the gap of the recalibrated model shrinks with a corrected one."""
+    def shrinkage(self, corrected: Fit, probability: float) -> Shrinkage | None:
+        """How far the gap of the recalibrated model shrinks with a corrected one, whose cause is as probable."""
         fits = self.recalibrated, corrected
         held = self.of(self.recalibrated), self.of(corrected)
-        return force_shrinkage(self.observations, fits, held, form_of(corrected), self.seed)
+        return force_shrinkage(self.observations, fits, held, form_of(corrected, probability), self.seed)
 
     @property
     def is_gap_clear(self) -> bool:
