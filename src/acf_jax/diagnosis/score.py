@@ -36,7 +36,7 @@ class Weights:
     effect: float = 4.8  # cost of one effect, in log probability
     second: float = 5.0  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
-    port: float = 14.0  # cost of the free discrepancy at a port
+    port: float = 12.5  # cost of the free discrepancy at a port
     nameless: float = 16.0  # cost of a cause that neither the library nor the ports can imitate
     in_series: float = (
         2.0  # further cost of a port that all forces pass, in telling where an unknown cause acts
