@@ -11,11 +11,12 @@ import numpy as np
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
 from acf_jax.diagnosis.observe import COMMON_TRIGGER, Observations, whiten_all
 from acf_jax.diagnosis.sample import combine, peak_of, taps
-from acf_jax.diagnosis.space import Coordinates, Explanation, classes, component_of, coordinates
+from acf_jax.diagnosis.space import Coordinates, Explanation, classes, coordinates, delays
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STEP_PER_RADIAN = 0.1  # omega h of the grid
-STRIDE = 2.0  # sampling intervals of its longest step, where no sensor has a frequency of its own
+STRIDE = 2.0  # sampling intervals of its longest step
+RINGING, LAGGING = 1.0, 1 / 3  # the same where a sensor has dynamics of its own, and where it follows late
 BEYOND = 6  # steps of the grid after the last sample, to tell either side of a loss of contact right there
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it is from the data
@@ -65,7 +66,7 @@ class Fit:
 
 
 def grid_for(observations: Observations, explanation: Explanation) -> Grid:
-    """A grid fine enough for the rig and for a sensor that follows each sample, and long enough for every trial."""
+    """A grid fine enough for the rig and for a sensor with dynamics, and long enough for every trial."""
     m, _, k_f, k_c = observations.prior.values
     omega = np.sqrt((k_f + k_c) / m)
     latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
@@ -73,11 +74,17 @@ def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     interval = observations.interval[observations.interval > 0].min(initial=np.inf)
     if observations.peak_only.any():
         end = max(end, PEAK_WITHIN / omega)
-    has_sensor = any(component_of(name) == "sensor" for name in explanation)
-    sampled = interval if has_sensor else STRIDE * interval
+    sampled = _stride(explanation) * interval
     longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
     h = max(min(STEP_PER_RADIAN / omega, longest), end / (SAMPLES - BEYOND - 2))
     return Grid(h, int(np.ceil(end / h)) + BEYOND)
+
+
+def _stride(explanation: Explanation) -> float:
+    """The longest step, in sampling intervals."""
+    if delays(explanation):
+        return LAGGING  # contact begins anywhere between two samples, and what is followed then is a jump
+    return RINGING if any(cls.component == "sensor" for cls in classes(explanation)) else STRIDE
 
 
 def is_bounded(values: np.ndarray) -> bool:

@@ -14,15 +14,14 @@ ALONE = 2.0  # leaving out any other trial makes less than so much of a differen
 
 
 def outliers(observations: Observations, fits: Sequence[Fit]) -> dict[str, str]:
-    """Trials to leave out, with the reason: the best explanation does not fit them, or nothing fits because of one."""
+    """Trials to leave out, with the reason: nothing fits because of one, or the best explanation does not fit them."""
     if len(observations.names) < 5:
         return {}
     fits = [f for f in fits if np.isfinite(f.objective)]
     best = min(fits, key=lambda f: f.objective)
-    found = _misfits(observations, best)
-    if not found and 2 * best.objective > FAR * observations.n_used:
-        found = _bends_every_fit(observations, fits)
-    return found
+    leaves_much = 2 * best.objective > FAR * observations.n_used
+    found = _bends_every_fit(observations, fits) if leaves_much else {}
+    return found or _misfits(observations, best)
 
 
 def _misfits(observations: Observations, fitted: Fit) -> dict[str, str]:
