@@ -33,7 +33,7 @@ class Weights:
     nu: float = 24.0  # how many independent pieces a misfit of form has
     nu_noise: float = 40.0  # the same for noise that is not as it is said to be
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
-    effect: float = 4.8  # cost of one effect, in log probability
+    effect: float = 5.0  # cost of one effect, in log probability
     second: float = 5.0  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
     port: float = 12.5  # cost of the free discrepancy at a port
