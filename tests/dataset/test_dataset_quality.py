@@ -109,6 +109,34 @@ def test_low_saddle_is_no_contact_loss():
     assert find_impact(Trace(time, noisy), 1.0, IMPACT_TIME).contact_lost is None
 
 
+def leaking(force, time, constant=0.008):
+    """What a sensor reads whose charge leaks with a time constant, s."""
+    step = time[1] - time[0]
+    gone = np.cumsum(force * np.exp(time / constant)) * step / constant * np.exp(-time / constant)
+    return force - gone
+
+
+def test_a_reading_that_falls_through_zero_is_no_contact_loss():
+    time = np.arange(-24, 400) / 8000.0
+    force = np.where((time >= 0) & (time < 0.008), 200.0 * np.sin(np.pi * time / 0.008), 0.0)
+    reading = leaking(force, time) + np.random.default_rng(0).normal(0.0, 0.5, time.size)
+    assert reading.min() < -50.0
+    until_loss = time < 0.008
+    phase = find_impact(Trace(time[until_loss], reading[until_loss]), 0.5, IMPACT_TIME)
+    assert phase.contact_lost is None and phase.lowest_force < -50.0
+    assert find_impact(Trace(time, reading), 0.5, IMPACT_TIME).contact_lost > 0.008
+    honest = find_impact(Trace(time, force + reading - leaking(force, time)), 0.5, IMPACT_TIME)
+    assert abs(honest.contact_lost - 0.008) < 3e-4 and honest.lowest_force > -2.0
+
+
+def test_readings_below_zero_are_named():
+    dataset = made_up(0)
+    leaking_ones = tuple(with_force(t, leaking(t.trace.force, t.trace.time, 0.02)) for t in dataset.trials)
+    warnings = assess_dataset(replace(dataset, trials=leaking_ones)).warnings
+    assert any("below zero" in w and leaking_ones[0].name in w for w in warnings)
+    assert not any("below zero" in w for w in assess_dataset(dataset).warnings)
+
+
 def test_second_contact_impulse_and_rebound():
     time = np.arange(-24, 400) / 8000.0
     first = np.where((time >= 0) & (time < 0.008), 200.0 * np.sin(np.pi * time / 0.008), 0.0)

@@ -6,6 +6,8 @@ import numpy as np
 
 from acf_jax.dataset.trials import Array, Trace
 
+NEGATIVE = 0.03  # of the peak: so far below zero a reading has passed through it
+
 
 @dataclass(frozen=True)
 class ImpactPhase:
@@ -18,6 +20,7 @@ class ImpactPhase:
     second_contact: float | None  # s; None: not within the trace
     peak_force: float  # N, largest sample, as the sensor reads it
     peak_time: float  # s
+    lowest_force: float  # N, of a moving mean
     missed_peak: float  # N, how far the force may rise between the samples about the peak
     impulse: float  # N s, over the phase, sensor offset removed
     impulse_ratio: float | None  # impulse after the crest over that before it, once contact is lost
@@ -29,7 +32,8 @@ def find_impact(
     """Find the impact phase of a trace; None when no impact is seen.
 
     Contact counts as lost when a moving mean over 0.15 impact times falls to the noise or to 1 % of the
-    peak: ringing about a positive force is not a loss, and a low saddle of the force is not either.
+    peak: ringing about a positive force is not a loss, and a low saddle of the force is not either. Nor is a
+    reading that goes on falling below zero: nothing pulls there, so contact lasts and the sensor errs.
 
     Args:
         trace: sensed force.
@@ -52,11 +56,11 @@ def find_impact(
     onset = int(above[0]) + max(first - 2, 0)
     start = min(first, onset)
     threshold = max(2.5 * noise_std, 0.01 * top)
-    lost = _below(smooth, start, top, threshold)
+    lost = _lost(smooth, start, top, threshold, width)
     stop = time.size
     if lost is not None:
         early = max(lost - width // 2 - 1, start + 1)
-        stop = early + int(np.argmax(np.append(force[early:lost] <= threshold, True)))
+        stop = early + int(np.argmax(np.append(np.abs(force[early:lost]) <= threshold, True)))
     again = (
         None if lost is None else _above(smooth, stop + width, max(10.0 * noise_std, 0.2 * top), threshold)
     )
@@ -72,6 +76,7 @@ def find_impact(
         second_contact=None if again is None else float(time[again]),
         peak_force=float(trace.force[peak]),
         peak_time=float(time[peak]),
+        lowest_force=float(smooth[start:stop].min()),
         missed_peak=missed_peak(force[start:stop], peak - start, noise_std),
         impulse=impulse,
         impulse_ratio=None if lost is None or before <= 0.0 else (impulse - before) / before,
@@ -103,6 +108,22 @@ def missed_peak(force: Array, peak: int, noise_std: float) -> float:
             around = np.arange(-half, half + 1.0)
             bend = -2.0 * float(np.polyfit(around, force[middle - half : middle + half + 1], 2)[0])
     return max(bend, 0.0) / 8.0
+
+
+def _lost(smooth: Array, start: int, top: float, threshold: float, width: int) -> int | None:
+    """First sample at which the smoothed force stays near zero; None if it only passes through, or never is."""
+    lost = _below(smooth, start, top, threshold)
+    while lost is not None and smooth[lost : lost + 2 * width].min() < -max(threshold, NEGATIVE * top):
+        lowest = lost + int(np.argmin(smooth[lost : lost + 2 * width]))
+        back = np.flatnonzero(smooth[lowest:] > -threshold)
+        if not back.size:
+            return None
+        lost = lowest + int(back[0])
+        above = np.flatnonzero(smooth[lost : lost + 2 * width] > threshold)
+        if above.size:
+            down = np.flatnonzero(smooth[lost + above[0] :] <= threshold)
+            lost = lost + int(above[0] + down[0]) if down.size else None
+    return lost
 
 
 def _below(smooth: Array, start: int, top: float, threshold: float) -> int | None:

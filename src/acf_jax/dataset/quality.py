@@ -17,7 +17,7 @@ from acf_jax.dataset.noise import (
     look_at_approach,
     quantisation_step,
 )
-from acf_jax.dataset.phase import ImpactPhase, find_impact
+from acf_jax.dataset.phase import NEGATIVE, ImpactPhase, find_impact
 from acf_jax.dataset.trials import GapDataset, Trace, Trial
 
 
@@ -244,6 +244,12 @@ def _trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise:
     ]
     if late:
         warnings.append(f"the trigger is off by a sample or more in {_list(late)}")
+    below = [t.name for t in kept if t.phase and t.phase.lowest_force < -NEGATIVE * t.phase.peak_force]
+    if below:
+        warnings.append(
+            f"the force reads below zero before contact is lost in {_list(below)}: nothing pulls there, so the sensor"
+            " rings or leaks charge"
+        )
     ended = Counter(t.phase.contact_lost is not None for t in kept if t.phase)
     if ended[True]:
         warnings.append(
