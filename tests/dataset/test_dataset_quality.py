@@ -134,7 +134,9 @@ def test_readings_below_zero_are_named():
     leaking_ones = tuple(with_force(t, leaking(t.trace.force, t.trace.time, 0.02)) for t in dataset.trials)
     warnings = assess_dataset(replace(dataset, trials=leaking_ones)).warnings
     assert any("below zero" in w and leaking_ones[0].name in w for w in warnings)
-    assert not any("below zero" in w for w in assess_dataset(dataset).warnings)
+    untared = tuple(with_force(t, t.trace.force - 500.0) for t in dataset.trials)
+    for healthy in (dataset.trials, untared):
+        assert not any("below zero" in w for w in assess_dataset(replace(dataset, trials=healthy)).warnings)
 
 
 def test_second_contact_impulse_and_rebound():

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from acf_jax.dataset.trials import Array, Trace
 
@@ -112,34 +113,29 @@ def missed_peak(force: Array, peak: int, noise_std: float) -> float:
 
 def _lost(smooth: Array, start: int, top: float, threshold: float, width: int) -> int | None:
     """First sample at which the smoothed force stays near zero; None if it only passes through, or never is."""
-    lost = _below(smooth, start, top, threshold)
-    while lost is not None and smooth[lost : lost + 2 * width].min() < -max(threshold, NEGATIVE * top):
-        lowest = lost + int(np.argmin(smooth[lost : lost + 2 * width]))
-        back = np.flatnonzero(smooth[lowest:] > -threshold)
-        if not back.size:
-            return None
-        lost = lowest + int(back[0])
-        above = np.flatnonzero(smooth[lost : lost + 2 * width] > threshold)
-        if above.size:
-            down = np.flatnonzero(smooth[lost + above[0] :] <= threshold)
-            lost = lost + int(above[0] + down[0]) if down.size else None
-    return lost
-
-
-def _below(smooth: Array, start: int, top: float, threshold: float) -> int | None:
-    """First sample at which the smoothed force, once up, is down to the threshold; None if it never is."""
     up = start + int(np.argmax(smooth[start:] > max(0.3 * top, 2.0 * threshold)))
-    down = np.flatnonzero(smooth[up:] <= threshold)
-    return up + int(down[0]) if down.size else None
+    through = -max(threshold, NEGATIVE * top)
+    lost = _first(smooth <= threshold, up)
+    while lost is not None and (ahead := smooth[lost : lost + 2 * width]).min() < through:
+        back = _first(smooth > -threshold, lost + int(np.argmin(ahead)))
+        above = None if back is None else _first(smooth[: back + 2 * width] > threshold, back)
+        lost = back if above is None else _first(smooth <= threshold, above)
+    return lost
 
 
 def _above(smooth: Array, start: int, clear: float, threshold: float) -> int | None:
     """Where a smoothed force that becomes clear after `start` had left the threshold; None if it does not."""
-    clearly = np.flatnonzero(smooth[start:] > clear)
-    if clearly.size == 0:
+    clearly = _first(smooth > clear, start)
+    if clearly is None:
         return None
-    low = np.flatnonzero(smooth[start : start + clearly[0]] <= threshold)
+    low = np.flatnonzero(smooth[start:clearly] <= threshold)
     return start + (int(low[-1]) + 1 if low.size else 0)
+
+
+def _first(is_so: NDArray[np.bool_], start: int) -> int | None:
+    """Index of the first sample from `start` on of which it is so; None if there is none."""
+    found = np.flatnonzero(is_so[start:])
+    return start + int(found[0]) if found.size else None
 
 
 def _integral(time: Array, force: Array) -> float:

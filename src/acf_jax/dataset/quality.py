@@ -244,7 +244,7 @@ def _trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise:
     ]
     if late:
         warnings.append(f"the trigger is off by a sample or more in {_list(late)}")
-    below = [t.name for t in kept if t.phase and t.phase.lowest_force < -NEGATIVE * t.phase.peak_force]
+    below = [t.name for t in kept if _reads_below_zero(t.approach, t.phase)]
     if below:
         warnings.append(
             f"the force reads below zero before contact is lost in {_list(below)}: nothing pulls there, so the sensor"
@@ -267,6 +267,13 @@ def _drifts(approach: Approach, phase: ImpactPhase | None, noise_std: float) -> 
         return False
     by_the_peak = abs(approach.drift) * phase.peak_time
     return abs(approach.drift) > 5.0 * approach.drift_std and by_the_peak > noise_std
+
+
+def _reads_below_zero(approach: Approach | None, phase: ImpactPhase | None) -> bool:
+    if phase is None:
+        return False
+    peak = phase.peak_force - (approach.offset if approach else 0.0)
+    return phase.lowest_force < -NEGATIVE * peak
 
 
 def _list(names: list[str]) -> str:

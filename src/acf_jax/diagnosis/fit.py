@@ -4,7 +4,7 @@ Each trial has three nuisances of its own with normal priors: the true contact v
 commanded ones, and the trigger time. They are eliminated by their Schur complement, so the cost is linear in trials.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -107,6 +107,10 @@ class Linearisation:
         """Whether the integration was stable."""
         return all(map(is_bounded, (self.residual, self.by_parameter, self.by_own)))
 
+    def of(self, trials: np.ndarray) -> "Linearisation":
+        """That of some trials, given by index."""
+        return Linearisation(*(getattr(self, field.name)[trials] for field in fields(self)))
+
 
 def linearise(
     observations: Observations,
@@ -184,6 +188,15 @@ def _objective(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation:
     if not linear.is_sound:
         return np.inf
     return 0.5 * float((linear.residual**2).sum() / inflation + (own**2).sum() + (u**2).sum())
+
+
+def after_a_step(fitted: Fit, trials: np.ndarray) -> float:
+    """Chi-square of some trials, given by index, and of the priors after one more step of a fit, to first order."""
+    linear, own = fitted.linear.of(trials), fitted.own[trials]
+    normal = _normal_equations(linear, fitted.u, own, 1.0)
+    by_own = np.einsum("ia,iab,ib->", normal.own_gradient, normal.own_inverse, normal.own_gradient)
+    by_parameter = normal.gradient @ np.linalg.solve(normal.hessian, normal.gradient)
+    return float(2 * _objective(linear, fitted.u, own) - by_own - by_parameter)
 
 
 def _bounded_step(

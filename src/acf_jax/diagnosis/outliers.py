@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import N_OWN, Fit
+from acf_jax.diagnosis.fit import Fit, after_a_step
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.search import FAR
@@ -71,28 +71,7 @@ def _may_be_a_limit(observations: Observations, i: int) -> bool:
 
 
 def without_each(fitted: Fit) -> tuple[float, np.ndarray]:
-    """Chi-square of all trials after one more step of a fit, and (trials,) of the others without each of them.
-
-    To first order about the fit, the nuisances eliminated, priors included.
-    """
-    linear, u = fitted.linear, fitted.u
-    k = linear.by_own
-    inner = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(N_OWN))
-
-    def apart(rows: np.ndarray) -> np.ndarray:  # whitened by the nuisances, too: (I + k^T k)^-1
-        return np.asarray(rows - np.einsum("ipn,ian,iab,ibm->ipm", rows, k, inner, k, optimize=True))
-
-    residual = linear.residual + np.einsum("ian,ia->in", k, fitted.own)
-    rows = np.concatenate([linear.by_parameter, residual[:, None]], axis=1)
-    products = np.einsum("ipn,iqn->ipq", apart(rows), rows)
-    total = products.sum(0)
-    total[:-1, :-1] += np.eye(len(u))
-    total[:-1, -1] -= u
-    total[-1, -1] += u @ u
-    return _least(total), np.array([_least(total - own) for own in products])
-
-
-def _least(products: np.ndarray) -> float:
-    """The least chi-square of linear regression, from the products of its rows, the residual last."""
-    slope = products[:-1, -1]
-    return float(products[-1, -1] - slope @ np.linalg.solve(products[:-1, :-1], slope))
+    """Chi-square of all trials after one more step of a fit, and (trials,) of the others without each of them."""
+    everyone = np.arange(len(fitted.own))
+    others = [after_a_step(fitted, np.delete(everyone, i)) for i in everyone]
+    return after_a_step(fitted, everyone), np.array(others)
