@@ -134,6 +134,15 @@ def test_probabilities_follow_the_evidence_and_are_never_certain() -> None:
     assert outside.argmax() == 3
 
 
+def test_beside_a_form_that_leaves_only_noise_even_a_large_gap_hides_no_difference() -> None:
+    def odds(*left: float) -> float:
+        one, other = _probabilities((1e6, *left, 1e6))[1:3]
+        return float(one / other)
+
+    assert odds(1000.0, 1040.0) / odds(1000.0, 1000.0) == pytest.approx(np.exp(0.5 * WEIGHTS.exact * 40.0))
+    assert odds(3000.0, 3040.0) / odds(3000.0, 3000.0) < 1.5  # neither form is exact
+
+
 def test_contact_is_lost_only_after_there_was_some() -> None:
     contact = np.array(
         [[0.0, 0.0, 3.0, 5.0, 0.0, 0.0], [2.0, 3.0, 4.0, 3.0, 2.0, 1.0], [1.0, 0.0, 1.0, 2.0, 1.0, 0.0]]
