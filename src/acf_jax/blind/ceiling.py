@@ -23,6 +23,12 @@ def ceiling(case: Case) -> float:
     whitened, and projected off what nominal parameters and nuisances can imitate. An effect that the best method
     confuses with the true signal more than one time in ten counts as found.
     """
+    gram, labels, rng = signals(case)
+    return decide(gram, labels, case.distance, rng)
+
+
+def signals(case: Case) -> tuple[np.ndarray, list[str], np.random.Generator]:
+    """Inner products of the signals of the case and of every effect, whose they are, and the generator of draws."""
     world, setup = find_world("scipy"), case.setup
     (true,) = case.causes
     tangents = Tangents(world, setup)
@@ -31,13 +37,13 @@ def ceiling(case: Case) -> float:
     nominal = _forces(world, setup, [], lasting)
     rng = np.random.default_rng(case.seed)
     labels = [true]
-    signals = [[with_causes - without for _, with_causes, without in pairs]]
+    forms = [[with_causes - without for _, with_causes, without in pairs]]
     for name in world.causes("library"):
         for seed in rng.integers(2**31, size=FORMS).tolist():
             labels.append(name)
             forces = _forces(world, setup, [world.draw(name, seed, setup.rig, SMALL)], lasting)
-            signals.append([f - without for f, without in zip(forces, nominal, strict=True)])
-    return decide(tangents.gram(signals), labels, case.distance, rng)
+            forms.append([f - without for f, without in zip(forces, nominal, strict=True)])
+    return tangents.gram(forms), labels, rng
 
 
 def _forces(
@@ -50,24 +56,45 @@ def _forces(
     ]
 
 
-def decide(gram: np.ndarray, labels: Sequence[str], size: float, rng: np.random.Generator) -> float:
+def decide(
+    gram: np.ndarray, labels: Sequence[str], size: float, rng: np.random.Generator, price: float = 1.0
+) -> float:
     """How often the first signal's label, or one that it can be taken for, is named.
 
-    `gram`: the inner products (k, k) of all signals. `size`: whitened distance of the first.
+    `gram`: the inner products (k, k) of all signals. `size`: whitened distance of the first. `price`: how many times
+    more probable than no effect an effect has to be; the Bayes decision asks for once.
     """
+    cosine, names, kinds = _directions(gram, labels)
+    apart = size * np.sqrt(np.maximum(1 - np.maximum(cosine[0], 0.0) ** 2, 0.0))
+    same = [k for k, kind in enumerate(kinds) if bayes_error(apart[names == kind].min()) > BAYES_ERROR]
+    odds = _odds(cosine, names, kinds, size, rng)
+    right = np.isin(odds.argmax(1), [kinds.index(labels[0]), *same])
+    return float((right & (odds.max(1) > price)).mean())
+
+
+def false_alarms(
+    gram: np.ndarray, labels: Sequence[str], rng: np.random.Generator, price: float = 1.0
+) -> float:
+    """How often the same decision names an effect where there is none."""
+    return float((_odds(*_directions(gram, labels), 0.0, rng).max(1) > price).mean())
+
+
+def _directions(gram: np.ndarray, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Cosines between the signals that can be seen, whose they are, and every such effect once."""
     lengths = np.sqrt(np.diag(gram))
     keep = lengths > 1e-9
     keep[0] = True
-    cosine = gram[np.ix_(keep, keep)] / np.outer(lengths[keep], lengths[keep])
     names = np.array(labels)[keep]
+    return gram[np.ix_(keep, keep)] / np.outer(lengths[keep], lengths[keep]), names, sorted(set(names))
+
+
+def _odds(
+    cosine: np.ndarray, names: np.ndarray, kinds: Sequence[str], size: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Of each effect against none, in draws of the noise about the first signal: shape (draws, effects)."""
     values, vectors = np.linalg.eigh(cosine)
     noise = rng.standard_normal((DRAWS, len(values))) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
     seen = size * cosine[0] + noise  # (draws, signals): along each direction, of unit noise
     likelihood = np.exp(seen[..., None] * SIZES - SIZES**2 / 2).mean(-1)
-    kinds = sorted(set(names))
     score = np.stack([likelihood[:, names == kind].mean(1) for kind in kinds], 1)
-    score *= SHARES["single"] / len(kinds)
-    best = np.where(score.max(1) > SHARES["none"], score.argmax(1), -1)
-    apart = size * np.sqrt(np.maximum(1 - np.maximum(cosine[0], 0.0) ** 2, 0.0))
-    same = [k for k, kind in enumerate(kinds) if bayes_error(apart[names == kind].min()) > BAYES_ERROR]
-    return float(np.isin(best, [kinds.index(labels[0]), *same]).mean())
+    return np.asarray(score * SHARES["single"] / len(kinds) / SHARES["none"])
