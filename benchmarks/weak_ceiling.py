@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from acf_jax.blind.ceiling import decide, false_alarms, signals
+from acf_jax.blind.ceiling import signals, weigh
 from acf_jax.blind.plan import WEAK, draw_plan
 from acf_jax.worlds import find_world, make_case
 from benchmarks.machine import describe
@@ -37,12 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if case.outside_library or case.distance >= WEAK[1]:
             continue
         gram, labels, rng = signals(case)
-        rows.append(
-            [
-                (decide(gram, labels, case.distance, rng, price), false_alarms(gram, labels, rng, price))
-                for price in PRICES
-            ]
-        )
+        odds, right = weigh(gram, labels, case.distance, rng)
+        odds_of_none, _ = weigh(gram, labels, 0.0, rng)
+        rows.append([((right & (odds > price)).mean(), (odds_of_none > price).mean()) for price in PRICES])
     named, alarms = np.mean(rows, 0).T
     print(f"{len(rows)} weak effects of seed {chosen.seed}")
     print("price   named   of the best   false alarms")

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from acf_jax.blind.ceiling import decide, false_alarms
+from acf_jax.blind.ceiling import decide, weigh
 
 
 @pytest.mark.parametrize(("size", "low", "high"), [(0.1, 0.0, 0.05), (12.0, 0.97, 1.0)])
@@ -19,7 +19,9 @@ def test_an_effect_of_the_same_signal_counts_as_found():
 
 def test_caution_raises_fewer_false_alarms_and_names_less():
     gram, labels = np.eye(4), ["a", "b", "c", "d"]
-    raised = [false_alarms(gram, labels, np.random.default_rng(0), price) for price in (1.0, 20.0)]
-    named = [decide(gram, labels, 3.0, np.random.default_rng(0), price) for price in (1.0, 20.0)]
+    odds_of_none, _ = weigh(gram, labels, 0.0, np.random.default_rng(0))
+    odds, right = weigh(gram, labels, 3.0, np.random.default_rng(0))
+    raised = [(odds_of_none > price).mean() for price in (1.0, 20.0)]
+    named = [(right & (odds > price)).mean() for price in (1.0, 20.0)]
     assert raised[1] < 0.3 * raised[0] < 0.1
     assert named[1] < named[0]

@@ -56,45 +56,31 @@ def _forces(
     ]
 
 
-def decide(
-    gram: np.ndarray, labels: Sequence[str], size: float, rng: np.random.Generator, price: float = 1.0
-) -> float:
-    """How often the first signal's label, or one that it can be taken for, is named.
+def decide(gram: np.ndarray, labels: Sequence[str], size: float, rng: np.random.Generator) -> float:
+    """How often the first signal's label, or one that it can be taken for, is named; arguments of `weigh`."""
+    odds, right = weigh(gram, labels, size, rng)
+    return float((right & (odds > 1.0)).mean())
 
-    `gram`: the inner products (k, k) of all signals. `size`: whitened distance of the first. `price`: how many times
-    more probable than no effect an effect has to be; the Bayes decision asks for once.
+
+def weigh(
+    gram: np.ndarray, labels: Sequence[str], size: float, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Odds of the most probable effect against none, and whether it counts as found: both (draws of the noise,).
+
+    `gram`: the inner products (k, k) of all signals. `size`: whitened distance of the first; 0: there is no effect.
     """
-    cosine, names, kinds = _directions(gram, labels)
-    apart = size * np.sqrt(np.maximum(1 - np.maximum(cosine[0], 0.0) ** 2, 0.0))
-    same = [k for k, kind in enumerate(kinds) if bayes_error(apart[names == kind].min()) > BAYES_ERROR]
-    odds = _odds(cosine, names, kinds, size, rng)
-    right = np.isin(odds.argmax(1), [kinds.index(labels[0]), *same])
-    return float((right & (odds.max(1) > price)).mean())
-
-
-def false_alarms(
-    gram: np.ndarray, labels: Sequence[str], rng: np.random.Generator, price: float = 1.0
-) -> float:
-    """How often the same decision names an effect where there is none."""
-    return float((_odds(*_directions(gram, labels), 0.0, rng).max(1) > price).mean())
-
-
-def _directions(gram: np.ndarray, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Cosines between the signals that can be seen, whose they are, and every such effect once."""
     lengths = np.sqrt(np.diag(gram))
     keep = lengths > 1e-9
     keep[0] = True
+    cosine = gram[np.ix_(keep, keep)] / np.outer(lengths[keep], lengths[keep])
     names = np.array(labels)[keep]
-    return gram[np.ix_(keep, keep)] / np.outer(lengths[keep], lengths[keep]), names, sorted(set(names))
-
-
-def _odds(
-    cosine: np.ndarray, names: np.ndarray, kinds: Sequence[str], size: float, rng: np.random.Generator
-) -> np.ndarray:
-    """Of each effect against none, in draws of the noise about the first signal: shape (draws, effects)."""
     values, vectors = np.linalg.eigh(cosine)
     noise = rng.standard_normal((DRAWS, len(values))) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
     seen = size * cosine[0] + noise  # (draws, signals): along each direction, of unit noise
     likelihood = np.exp(seen[..., None] * SIZES - SIZES**2 / 2).mean(-1)
+    kinds = sorted(set(names))
     score = np.stack([likelihood[:, names == kind].mean(1) for kind in kinds], 1)
-    return np.asarray(score * SHARES["single"] / len(kinds) / SHARES["none"])
+    odds = score * SHARES["single"] / len(kinds) / SHARES["none"]
+    apart = size * np.sqrt(np.maximum(1 - np.maximum(cosine[0], 0.0) ** 2, 0.0))
+    same = [k for k, kind in enumerate(kinds) if bayes_error(apart[names == kind].min()) > BAYES_ERROR]
+    return odds.max(1), np.isin(odds.argmax(1), [kinds.index(labels[0]), *same])

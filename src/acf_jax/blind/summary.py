@@ -17,7 +17,11 @@ INSIDE_SIGMA = 2.0
 def share(rows: Sequence[Row], right: str | Callable[[Row], bool]) -> dict[str, Any]:
     """How many rows are right, with a 95 % interval (Clopper-Pearson)."""
     test = right if callable(right) else lambda row: bool(row.get(right))
-    n, k = len(rows), sum(map(test, rows))
+    return counted(sum(map(test, rows)), len(rows))
+
+
+def counted(k: int, n: int) -> dict[str, Any]:
+    """The share of `k` right ones in `n`, with its interval."""
     if not n:
         return {"n": 0, "right": 0, "share": None, "ci95": None}
     low = float(beta.ppf(0.025, k, n - k + 1)) if k else 0.0

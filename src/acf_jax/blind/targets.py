@@ -8,6 +8,7 @@ class Target(NamedTuple):
 
     name: str
     asked: str
+    limit: float  # the same as a number
     reached: str
     met: bool | None  # None: no such case
 
@@ -26,6 +27,7 @@ def targets(score: dict[str, Any]) -> list[Target]:
         Target(
             "weak single effects first or in one class, over the ceiling",
             "at least 95 %",
+            0.95,
             f"{relative:.0%} ({weak['right']}/{weak['n']}, ceiling {ceiling:.2f})"
             if relative is not None
             else "-",
@@ -39,6 +41,7 @@ def targets(score: dict[str, Any]) -> list[Target]:
         Target(
             "expected calibration error beyond chance",
             "at most 0.05",
+            0.05,
             f"{beyond:+.3f} ({calibration['expected_error']:.3f}, chance {calibration['by_chance_95']:.3f})"
             if beyond is not None
             else "-",
@@ -46,19 +49,27 @@ def targets(score: dict[str, Any]) -> list[Target]:
         ),
         _at_least("real shrinkage inside the claimed interval", shrinkage["inside"], 0.90)
         if shrinkage
-        else Target("real shrinkage inside the claimed interval", "at least 90 %", "-", None),
+        else Target("real shrinkage inside the claimed interval", "at least 90 %", 0.90, "-", None),
     ]
 
 
 def _at_least(name: str, share: dict[str, Any], asked: float) -> Target:
     return Target(
-        name, f"at least {asked:.0%}", _shown(share), None if not share["n"] else share["share"] >= asked
+        name,
+        f"at least {asked:.0%}",
+        asked,
+        _shown(share),
+        None if not share["n"] else share["share"] >= asked,
     )
 
 
 def _at_most(name: str, share: dict[str, Any], asked: float) -> Target:
     return Target(
-        name, f"at most {asked:.0%}", _shown(share), None if not share["n"] else share["share"] <= asked
+        name,
+        f"at most {asked:.0%}",
+        asked,
+        _shown(share),
+        None if not share["n"] else share["share"] <= asked,
     )
 
 
