@@ -32,7 +32,7 @@ from acf_jax.diagnosis.score import (
     explanations,
     probabilities,
 )
-from acf_jax.diagnosis.space import component_of, coordinates, every_effect, starts
+from acf_jax.diagnosis.space import Explanation, component_of, coordinates, every_effect, starts
 from tests.corrected import gap_model
 from tests.diagnosis.imagined import RIG
 from tests.typical import typical
@@ -141,6 +141,19 @@ def test_beside_a_form_that_leaves_only_noise_even_a_large_gap_hides_no_differen
 
     assert odds(1000.0, 1040.0) / odds(1000.0, 1000.0) == pytest.approx(np.exp(0.5 * WEIGHTS.exact * 40.0))
     assert odds(3000.0, 3040.0) / odds(3000.0, 3000.0) < 1.5  # neither form is exact
+
+
+def test_a_pair_that_leaves_only_noise_stands_before_a_law_that_leaves_much_more() -> None:
+    """However small a share that is of the gap."""
+    names: list[Explanation] = [(), ("gravity",), ("pad_mass", "sensor_lag")]
+
+    def odds(left: float) -> float:
+        chi_square = (5e6, left, 1000.0)
+        p = probabilities([Evidence(e, x, (0.0,) * 4) for e, x in zip(names, chi_square, strict=True)], 1000)
+        return float(p[2] / p[1])
+
+    assert odds(1000.0) < 0.1
+    assert odds(32000.0) > 10.0
 
 
 def test_contact_is_lost_only_after_there_was_some() -> None:

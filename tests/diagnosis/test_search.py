@@ -17,15 +17,20 @@ EFFECTS = ("coulomb_friction", "gravity", "pad_relaxation", "robot_compliance", 
 SAMPLES = 1000
 
 
-def _fit(explanation: Explanation, chi_square: float) -> Any:
-    return SimpleNamespace(explanation=explanation, objective=chi_square / 2)
+def _fit(explanation: Explanation, chi_square: float, mass: float = 0.0) -> Any:
+    """A fit whose rig has its mass so many standard deviations off its prior."""
+    return SimpleNamespace(
+        explanation=explanation, objective=chi_square / 2, u=np.array([mass, 0.0, 0.0, 0.0, 0.0])
+    )
 
 
 @pytest.fixture
 def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Runs a search over made-up chi-squares, of pairs 1,000 where not given; returns what was fitted."""
 
-    def run(chi_squares: dict[Explanation, float], promises: dict[Explanation, float]) -> list[Explanation]:
+    def run(
+        chi_squares: dict[Explanation, float], promises: dict[Explanation, float], mass: float = 0.0
+    ) -> list[Explanation]:
         def couples(_: Any, leader: Any, effects: Sequence[str]) -> list[Couple]:
             pairs = [Couple(leader, e, np.zeros(1), 0.0, 0.0) for e in effects if e not in leader.explanation]
             return [
@@ -41,7 +46,7 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
         monkeypatch.setattr(search.Ground, "of", lambda *_: None)
         monkeypatch.setattr(candidates, "fit_nominal", lambda _: _fit((), 1200.0))
         monkeypatch.setattr(
-            candidates, "fit_single", lambda _, name: _fit((name,), chi_squares.get((name,), 1100.0))
+            candidates, "fit_single", lambda _, name: _fit((name,), chi_squares.get((name,), 1100.0), mass)
         )
         monkeypatch.setattr(candidates, "fit_more", more)
         monkeypatch.setattr(candidates, "fit_further", lambda _, fitted: fitted)
@@ -70,6 +75,13 @@ def test_what_a_port_explains_beyond_every_effect_is_searched_for_among_pairs(fi
     found = fitted({**SINGLES, ("unknown_robot",): 910.0, stands_in: 905.0, TRUE: 900.0}, PROMISES)
     assert TRUE in found and stands_in in found
     assert len([e for e in found if len(e) == 2]) == search.PAIRS
+
+
+def test_pairs_are_tried_widely_where_the_rig_of_the_best_effect_hides_something(fitted: Any) -> None:
+    """A compliant robot behaves much like a heavier flange: the recalibrated mass takes it up."""
+    chi_squares = {**SINGLES, ("unknown_robot",): 1000.0, TRUE: 900.0}
+    assert TRUE not in fitted(chi_squares, PROMISES, mass=3.0)
+    assert TRUE in fitted(chi_squares, PROMISES, mass=5.0)
 
 
 def test_pairs_are_tried_widely_where_no_effect_explains_the_data(fitted: Any) -> None:

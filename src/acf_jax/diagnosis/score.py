@@ -28,7 +28,8 @@ class Weights:
     for a large one about nu/2 for each factor of e by which it fits worse than form errors of the relative size rho.
     The paper's model alone has no form to be wrong: only noise that is not known exactly tempers what it leaves.
     Where the best explanation by as many effects leaves nothing but noise, its form is as good as exact; another one
-    by as many then loses at least the share `exact` of the half chi-square by which it fits worse.
+    by as many then loses at least the share `exact` of the half chi-square by which it fits worse, and beside the best
+    of all named ones the share `exact_of_all`.
     What the rig's own parameters had to leave their priors counts under a Student prior with heavy tails.
     """
 
@@ -36,11 +37,12 @@ class Weights:
     nu_noise: float = 40.0  # the same for noise that is not as it is said to be
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
     exact: float = 0.2  # share of the likelihood that always counts beside a form that leaves only noise
+    exact_of_all: float = 0.05  # the same where that form has another number of effects
     effect: float = 5.0  # cost of one effect, in log probability
     second: float = 4.5  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
     port: float = 12.5  # cost of the free discrepancy at a port
-    nameless: float = 16.0  # cost of a cause that neither the library nor the ports can imitate
+    nameless: float = 20.0  # cost of a cause that neither the library nor the ports can imitate
     in_series: float = (
         2.0  # further cost of a port that all forces pass, in telling where an unknown cause acts
     )
@@ -106,19 +108,22 @@ def log_scores(
     gap, excess = chi2[0] - chi2.min(), chi2 - chi2.min()
     misfit = _misfit(excess, weights.rho_squared * gap, weights.nu, samples)
     misfit[0] = _misfit(gap, 0.0, weights.nu_noise, samples)
-    for alike in _of_as_many_effects(evidence):
+    for alike, share in _told_apart(evidence, weights):
         if chi2[alike].min() < noise:
-            told = 0.5 * weights.exact * (chi2[alike] - chi2[alike].min())
+            told = 0.5 * share * (chi2[alike] - chi2[alike].min())
             misfit[alike] = np.maximum(misfit[alike], misfit[alike].min() + told)
     strained = _strained(evidence, weights)
     costs = [cost(e.explanation, weights) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 
 
-def _of_as_many_effects(evidence: Sequence[Evidence]) -> list[np.ndarray]:
-    """The places of the explanations by one effect, of those by two, and so on."""
+def _told_apart(evidence: Sequence[Evidence], weights: Weights) -> list[tuple[np.ndarray, float]]:
+    """The places of the explanations by one effect, of those by two, and so on, and of all; and what counts there."""
     many = np.array([0 if is_port(e.explanation) else len(e.explanation) for e in evidence])
-    return [np.flatnonzero(many == n) for n in np.unique(many[many > 0])]
+    if not many.any():
+        return []
+    of_as_many = [(np.flatnonzero(many == n), weights.exact) for n in np.unique(many[many > 0])]
+    return [*of_as_many, (np.flatnonzero(many), weights.exact_of_all)]
 
 
 def _misfit(excess: np.ndarray, wrong: float, nu: float, samples: int) -> np.ndarray:

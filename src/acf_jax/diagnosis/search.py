@@ -10,7 +10,7 @@ import numpy as np
 from acf_jax.diagnosis import candidates
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.score import is_port
+from acf_jax.diagnosis.score import evidence_of, is_port
 from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation
 
@@ -18,6 +18,7 @@ LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
 FAR = 1.5  # the same above which a fit leaves much
 LEFT_BEHIND = 30.0  # chi-square that a port explains beyond every single effect where these leave something
+STRAINED = 15.0  # squared prior std by which the rig of the best single effect hides something
 PAIRS, TRIPLES = 8, 2  # that are fitted
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained,
 TRIED = 6  # and how many of those besides the best effect's
@@ -55,7 +56,8 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
 
     alone = _best_first(f for f in fits if not is_port(f.explanation))
     better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a port than of any effect
-    if _left(observations, alone) > UNEXPLAINED or better > LEFT_BEHIND:
+    hidden = sum(evidence_of(alone[0]).strain) > STRAINED
+    if _left(observations, alone) > UNEXPLAINED or better > LEFT_BEHIND or hidden:
         at_ports = [partial(candidates.fit_further, ground, f) for f in fits if is_port(f.explanation)]
         fits = [*(f for f in fits if not is_port(f.explanation)), *candidates.in_parallel(at_ports)]
         more = _try_all(observations, alone)
