@@ -37,7 +37,7 @@ class Weights:
     nu_noise: float = 40.0  # the same for noise that is not as it is said to be
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
     exact: float = 0.2  # share of the likelihood that always counts beside a form that leaves only noise
-    exact_of_all: float = 0.05  # the same where that form has another number of effects
+    exact_of_all: float = 0.01  # the same where that form has another number of effects
     effect: float = 5.0  # cost of one effect, in log probability
     second: float = 4.5  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
