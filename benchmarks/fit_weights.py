@@ -41,7 +41,9 @@ class Case(NamedTuple):
 
 
 def read_run(run: Path) -> list[Case]:
-    """The cases of a blind run."""
+    """The cases of a blind run that has been scored: reading opens the answers, which ends a run."""
+    if not (run / "results" / "score.json").exists():
+        raise SystemExit(f"{run}: is not scored yet; finish `python -m acf_jax blind --out {run}` first")
     names = sorted(p.parent.name for p in (run / "results").glob("*/diagnosis.json"))
     answers = open_answers(run / "sets", run / "results", names)
     cases = []

@@ -64,7 +64,7 @@ def draw_accuracy(axes: Axes, score: dict[str, Any]) -> None:
         ms=26,
         mew=2,
         color=CEILING,
-        label="ceiling of any method",
+        label="ceiling of the best decision",
     )
     labels = [f"{b['from']:g}–{b['to']:g}" if b["to"] else f"> {b['from']:g}" for b in bins]
     axes.set_xticks(x, [f"{name}\nn = {b['first']['n']}" for name, b in zip(labels, bins, strict=True)])

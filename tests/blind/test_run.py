@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 
@@ -11,6 +12,7 @@ from needs import need_module
 
 from acf_jax.blind import campaign
 from acf_jax.cli.main import commands
+from acf_jax.diagnosis.model_file import read_model
 from acf_jax.errors import InputError
 from acf_jax.workers import Lost, Where
 
@@ -68,6 +70,38 @@ def test_a_finished_run_is_scored_again_without_work(run):
         (out / "results/score.json").read_text()
     )
     assert {f: f.stat().st_mtime for f in before} == before
+
+
+def test_a_damaged_diagnosis_is_refused_before_the_answers_are_opened(run, tmp_path):
+    """So that it can be made again; and one of a data set that cannot be used stands on the page."""
+    shutil.copytree(run[0], tmp_path / "run")
+    results = tmp_path / "run" / "results"
+    (results / "opened.json").unlink()
+    file = results / "case-000" / "diagnosis.json"
+    file.write_text("{")
+    score = ("score", str(tmp_path / "run" / "sets"), "--out", str(results), "--workers", "1")
+    with pytest.raises(InputError, match=r"case-000.diagnosis\.json: .*diagnose again"):
+        refused(*score)
+    assert not (results / "opened.json").exists()
+    file.write_text('{"error": "trials.csv: <b>no rows</b>"}')
+    refused(*score)
+    assert "trials.csv: &lt;b&gt;no rows&lt;/b&gt;" in (results / "score.html").read_text()
+
+
+def test_held_out_conditions_that_a_trial_had_are_not_scored(run, tmp_path):
+    from acf_jax.blind.score import _held_out
+
+    data, model = tmp_path / "data", read_model(run[0] / "results" / "case-000" / "model.json")
+    shutil.copytree(run[0] / "sets" / "case-000", data)
+    every = _held_out(data, model)
+    table = data / "held_out_conditions.csv"
+    first, *others = table.read_text().splitlines()
+    trial = (data / "trials.csv").read_text().splitlines()[1].split(",")
+    tried = ",".join([others[0].split(",")[0], *trial[1:3]])
+    table.write_text("\n".join([first, tried, *others[1:]]) + "\n")
+    assert 0 < _held_out(data, model)["rms_recalibrated"] != every["rms_recalibrated"]
+    table.write_text(f"{first}\n{tried}\n")
+    assert _held_out(data, model) == {}
 
 
 def test_another_run_in_the_same_folder_is_refused(run):

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from acf_jax.blind.score import force_at
+from acf_jax.blind.answer import Said
+from acf_jax.blind.score import _explained, force_at
 
 
 def test_a_predicted_force_ends_with_its_trace_and_no_rounding_before() -> None:
@@ -12,3 +13,22 @@ def test_a_predicted_force_ends_with_its_trace_and_no_rounding_before() -> None:
     np.testing.assert_allclose(force_at(times, predicted_at, force), 100 + 1e3 * times, rtol=1e-6)
     beyond = force_at(np.array([0.0601]), predicted_at, force)
     assert beyond == 0
+
+
+def test_a_class_holds_explanations_by_as_many_effects() -> None:
+    """What one of two confused effects explains is not the pair of both."""
+    said = Said.model_validate(
+        {
+            "verdict": "ambiguous",
+            "explanations": [{"effects": ["gravity"], "probability": 0.9}],
+            "credible_set": [["gravity"]],
+            "indistinguishable": [{"effects": ["coulomb_friction", "gravity"]}],
+            "where": {"component": {"actuator": 1.0}},
+            "shrinkage": {"force": None},
+            "parameters": {},
+            "excluded_trials": [],
+        }
+    )
+    assert _explained(said, ["coulomb_friction"], {})["first_in_class"]
+    pair = _explained(said, ["coulomb_friction", "gravity"], {})
+    assert not pair["first_in_class"] and not pair["covered_in_class"] and pair["one_right"]

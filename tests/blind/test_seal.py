@@ -1,3 +1,4 @@
+import gzip
 import json
 
 import pytest
@@ -106,12 +107,41 @@ def test_data_sets_without_an_answer_are_refused_before_they_are_diagnosed(seale
         seal_folder(tmp_path / "more")
 
 
+def test_notes_in_an_answer_are_sealed_whatever_they_are(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "answer.yaml").write_text("effects: [gravity]\nrecorded: 2026-11-20\n7: a number\n")
+    seal_folder(tmp_path)
+    assert open_answers(tmp_path, tmp_path, []) == {}
+    sealed = json.loads(gzip.decompress((tmp_path / "answers.sealed").read_bytes()))
+    assert sealed == {"a": {"effects": ["gravity"], "recorded": "2026-11-20", "7": "a number"}}
+
+
+def test_an_effect_that_may_be_misspelt_needs_its_component(sealed):
+    folder = sealed[0]
+    (folder / "seal.json").unlink()
+    (folder / "a/answer.yaml").write_text("effects: [gravty]\n")
+    with pytest.raises(
+        InputError, match=r"a/answer\.yaml: effects: 'gravty' is none of .*gravity.*components"
+    ):
+        seal_folder(folder)
+    (folder / "a/answer.yaml").write_text("effects: [loose_screw]\ncomponents: [contact]\n")
+    (folder / "b/answer.yaml").write_text("effects: []\n")
+    seal_folder(folder)
+
+
 @pytest.mark.parametrize(
-    "content", ["effects: gravity", "effects: [1]", "effects: []\nceiling: high", "components: []"]
+    "content",
+    [
+        "effects: gravity",
+        "effects: [1]",
+        "effects: []\nceiling: high",
+        "components: []",
+        "effects: [screw]\ncomponents: [Sensor]",
+    ],
 )
 def test_a_faulty_answer_is_named(sealed, content):
     folder = sealed[0]
     (folder / "seal.json").unlink()
     (folder / "a/answer.yaml").write_text(content)
-    with pytest.raises(InputError, match=r"a/answer\.yaml: (effects|ceiling)"):
+    with pytest.raises(InputError, match=r"a/answer\.yaml: (effects|ceiling|components)"):
         seal_folder(folder)

@@ -11,6 +11,7 @@ from jaxtyping import Array
 from scipy.stats import norm
 
 from acf_jax.dataset import Noise
+from acf_jax.diagnosis.document import _explanations
 from acf_jax.diagnosis.experiment import error_probability
 from acf_jax.diagnosis.fit import BEYOND, Fit
 from acf_jax.diagnosis.forward import Forces, Grid, forward, reach_of
@@ -23,6 +24,7 @@ from acf_jax.diagnosis.predict import Prediction, predict
 from acf_jax.diagnosis.sample import at_times, first_loss, peak_of, taps
 from acf_jax.diagnosis.score import (
     HIGHEST,
+    UNKNOWN,
     WEIGHTS,
     Evidence,
     Scored,
@@ -309,6 +311,15 @@ def test_the_reach_of_a_free_curve_changes_nothing_below_it(port: str) -> None:
     assert held[0] == pytest.approx(free[0], rel=1e-12)
     assert abs(held[1] - free[1]).max() > 1.0
     assert reach_of(("gravity",), np.append(theta[:4], 5.0), v_e, f_p, grid) == np.inf
+
+
+def test_no_listed_probability_is_certain_once_the_small_ones_are_left_out() -> None:
+    small = [Scored((name,), 8e-5) for name in list(every_effect())[1:13]]
+    scored = [Scored((next(iter(every_effect())),), HIGHEST), Scored((), 0.0), Scored(UNKNOWN, 0.0), *small]
+    listed = _explanations(SimpleNamespace(scored=scored))  # type: ignore[arg-type]
+    p = [row["probability"] for row in listed]
+    assert len(p) == 3 and sum(p) == pytest.approx(1.0)
+    assert max(p) == pytest.approx(HIGHEST)
 
 
 def test_no_explanation_is_certain_nor_are_the_ports_together() -> None:

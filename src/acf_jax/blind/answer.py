@@ -6,7 +6,8 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from acf_jax.errors import InputError
+from acf_jax.effects import Component, library
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_json_mapping, read_yaml_mapping
 
 ANSWER, DIAGNOSIS = "answer.yaml", "diagnosis.json"
@@ -23,7 +24,7 @@ class Answer(_Part):
     """The cause of one data set; everything but `effects` may be left out."""
 
     effects: tuple[str, ...]
-    components: tuple[str, ...] = ()
+    components: tuple[Component, ...] = ()
     outside_library: bool = False
     withheld: str = ""
     world: str = ""
@@ -105,8 +106,17 @@ def read_answer(folder: Path) -> Answer:
 
 
 def check_answer(where: Path | str, content: Any) -> Answer:
-    """An answer from its keys; `InputError` names those that are wrong."""
-    return _checked(Answer, where, content, "write effects: [...], with components: [...] for an unknown one")
+    """An answer from its keys; `InputError` names those that are wrong, and effects that may be misspelt."""
+    answer = _checked(
+        Answer, where, content, "write effects: [...], with components: [...] for an unknown one"
+    )
+    strange = [name for name in answer.effects if name not in library()]
+    if strange and not answer.components:
+        raise InputError(
+            f"{where}: effects: {shown(strange[0])} is none of {', '.join(library())};"
+            " for a cause outside the library write components: [...] as well"
+        )
+    return answer
 
 
 def read_said(result: Path) -> Said | Failed:

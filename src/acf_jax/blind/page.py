@@ -9,7 +9,7 @@ from acf_jax.blind.table import mark, named
 from acf_jax.blind.targets import targets
 from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.page import page, part
-from acf_jax.report.plot import Variant, axis, plot, series
+from acf_jax.report.plot import Variant, axis, plain, plot, series
 
 VERDICTS = {True: ("met", "good"), False: ("missed", "bad"), None: ("no such case", "muted")}
 
@@ -109,7 +109,8 @@ def _confusion(score: dict[str, Any]) -> Html | None:
     said = sorted({s for row in counts.values() for s in row} | set(causes))
     share = [[counts[c].get(s, 0) / sum(counts[c].values()) for s in said] for c in causes]
     heat = {
-        "type": "heatmap", "x": said, "y": causes, "z": [series(row, 3) for row in share], "zmin": 0, "zmax": 1,
+        "type": "heatmap", "x": [plain(s) for s in said], "y": [plain(c) for c in causes],
+        "z": [series(row, 3) for row in share], "zmin": 0, "zmax": 1,
         "colorscale": [[0, "--low"], [1, "--high"]], "showscale": False, "xgap": 1, "ygap": 1,
         "text": [[str(counts[c].get(s, "") or "") for s in said] for c in causes],
         "texttemplate": "%{text}", "hovertemplate": "%{y} answered as %{x}: %{text}<extra></extra>",
@@ -158,7 +159,7 @@ def _shrinkage(rows: Sequence[Row]) -> Html | None:
     value = [max(-1.0, r["shrinkage"]["value"]) for r in claimed]
     ends = [[max(-1.0, end) for end in r["shrinkage"]["ci95"]] for r in claimed]
     x = list(range(1, len(claimed) + 1))
-    label = [f"{r['set']} {named(r['causes'])}" for r in claimed]
+    label = [plain(f"{r['set']} {named(r['causes'])}") for r in claimed]
     data = [
         {"type": "scatter", "mode": "markers", "x": x, "y": series(value, 3), "name": "claimed, with its 95 % interval",
          "marker": {"color": "--recalibrated", "size": 5},
@@ -186,8 +187,7 @@ def _misses(rows: Sequence[Row]) -> Html:
         (
             r["set"], named(r["causes"]) + (" (withheld)" if r["kind"] == "withheld" else ""), r["world"],
             f"{r['distance']:.1f}" if r["distance"] is not None else "",
-            r["verdict"], named(r.get("first", [])), f"{r.get('probability_first', 0):.2f}",
-            f"{r.get('probability_truth', 0):.2f}",
+            *([r["verdict"], r["error"], "", ""] if "error" in r else _said(r)),
         )
         for r in missed
     ]  # fmt: skip
@@ -202,3 +202,12 @@ def _misses(rows: Sequence[Row]) -> Html:
         "of the truth",
     ]
     return details(f"{len(missed)} data sets whose first answer was not right", table("Misses", head, cells))
+
+
+def _said(row: Row) -> list[str]:
+    return [
+        row["verdict"],
+        named(row["first"]),
+        f"{row['probability_first']:.2f}",
+        f"{row['probability_truth']:.2f}",
+    ]

@@ -7,7 +7,7 @@ import numpy as np
 
 from acf_jax.blind.answer import Answer, Failed, Said, read_said
 from acf_jax.blind.plan import WEAK
-from acf_jax.dataset import read_conditions
+from acf_jax.dataset import read_conditions, read_dataset
 from acf_jax.dataset.table import read_table
 from acf_jax.diagnosis.model_file import GapModel, read_model
 from acf_jax.diagnosis.predict import predict
@@ -87,7 +87,7 @@ def _explained(said: Said, truth: list[str], neighbours: dict[str, float]) -> di
     def one_class(named: list[str]) -> bool:
         if truth == UNKNOWN:
             return len(named) == 1 and named[0] in neighbours
-        return sorted({*truth, *named}) in twins
+        return len(named) == len(truth) and sorted({*truth, *named}) in twins
 
     return {
         "verdict": said.verdict,
@@ -124,7 +124,10 @@ def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
     """Error of the sensed force and its peak on noise-free conditions that no trial had; empty where there are none."""
     if not (data / "held_out_conditions.csv").exists():
         return {}
-    trials = read_conditions(data / "held_out_conditions.csv")
+    tried = read_dataset(data).conditions
+    trials = [t for t in read_conditions(data / "held_out_conditions.csv") if t.condition not in tried]
+    if not trials:
+        return {}
     v_e = np.array([t.contact_velocity for t in trials])
     f_p = np.array([t.pretension for t in trials])
     truths = [_true_force(data / "held_out_traces" / f"{t.name}.csv") for t in trials]

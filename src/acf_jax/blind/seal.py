@@ -22,7 +22,8 @@ def seal_answers(folder: Path, answers: dict[str, dict[str, Any]]) -> str:
     """
     if not answers:
         raise InputError(f"{folder}: no answers to seal; each data set needs an answer.yaml")
-    content = gzip.compress(json.dumps(answers, sort_keys=True).encode(), mtime=0)
+    plain = json.loads(json.dumps(answers, default=str, skipkeys=True))  # a date in YAML becomes its text
+    content = gzip.compress(json.dumps(plain, sort_keys=True).encode(), mtime=0)
     digest = hashlib.sha256(content).hexdigest()
     write_bytes(folder / ANSWERS, content)
     record = {"sha256": digest, "data_sets": len(answers), "sealed_at": time.time()}

@@ -109,6 +109,7 @@ def score(folder: Path, out: Path, workers: int, scheduler: str | None, as_json:
 def _score(folder: Path, results: Path, where: "Where", as_json: bool) -> None:
     import json
 
+    from acf_jax.blind.answer import read_said
     from acf_jax.blind.campaign import diagnose_all
     from acf_jax.blind.page import score_page
     from acf_jax.blind.seal import check_answers, open_answers
@@ -123,6 +124,8 @@ def _score(folder: Path, results: Path, where: "Where", as_json: bool) -> None:
         click.echo(f"answers sealed, SHA-256 {digest}")
     with counts() as report:
         names = diagnose_all(folder, results, where, report)
+    for name in names:
+        read_said(results / name)  # a damaged diagnosis can be made again until the answers are opened
     answers = open_answers(folder, results, names)
     start_jax()
     from acf_jax.blind.score import score_one

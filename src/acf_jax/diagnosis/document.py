@@ -6,7 +6,7 @@ import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.score import UNKNOWN, evidence_of
+from acf_jax.diagnosis.score import UNKNOWN, capped, evidence_of
 from acf_jax.diagnosis.shrinkage import Shrinkage
 from acf_jax.diagnosis.space import Explanation, parameters
 
@@ -90,8 +90,11 @@ def fitted_parameters(fitted: Fit) -> dict[str, Any]:
 def _explanations(d: Diagnosis) -> list[dict[str, Any]]:
     always = [(), UNKNOWN]
     listed = [s for s in d.scored if s.probability >= LISTED or s.explanation in always]
-    total = sum(s.probability for s in listed)
-    return [{"effects": list(s.explanation), "probability": s.probability / total} for s in listed]
+    p = np.array([s.probability for s in listed])
+    return [
+        {"effects": list(s.explanation), "probability": value}
+        for s, value in zip(listed, capped(p / p.sum()).tolist(), strict=True)
+    ]
 
 
 def _union(effects: tuple[Explanation, Explanation]) -> list[str]:

@@ -155,7 +155,7 @@ def probabilities(
             [e for e in evidence if is_port(e.explanation)], evidence[0].chi_square, samples, weights
         )
         named[at_ports] = (named[at_ports].sum() + p[-1]) * share
-    return _capped(named / named.sum())
+    return capped(named / named.sum())
 
 
 def _port_shares(fits: Sequence[Evidence], whole: float, samples: int, weights: Weights) -> np.ndarray:
@@ -189,10 +189,10 @@ def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:
 def _ranked(total: dict[Explanation, float]) -> list[Scored]:
     """Most probable first, none above `HIGHEST`."""
     names, p = list(total), np.array(list(total.values()))
-    return sorted(map(Scored, names, _capped(p).tolist()), key=lambda s: (-s.probability, s.explanation))
+    return sorted(map(Scored, names, capped(p).tolist()), key=lambda s: (-s.probability, s.explanation))
 
 
-def _capped(p: np.ndarray) -> np.ndarray:
+def capped(p: np.ndarray) -> np.ndarray:
     """Probabilities of which none is above `HIGHEST`: what is too much is shared out evenly."""
     if p.max() <= HIGHEST or len(p) == 1:
         return p

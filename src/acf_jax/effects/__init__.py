@@ -6,6 +6,7 @@ import inspect
 import pkgutil
 
 from acf_jax.effects._interface import AbstractEffect as AbstractEffect
+from acf_jax.effects._interface import Component as Component
 from acf_jax.effects._interface import Motion as Motion
 from acf_jax.effects._interface import Parameter as Parameter
 from acf_jax.effects._interface import shape as shape
