@@ -9,7 +9,7 @@ import pytest
 
 from acf_jax.dataset import GapDataset, assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
-from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
+from acf_jax.diagnosis.diagnose import Diagnosis, _measured_peaks, diagnose
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.model_file import _corners, gap_model, read_model, write_model
@@ -20,6 +20,7 @@ from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation
 from acf_jax.errors import InputError
+from acf_jax.report import write_report
 from tests.diagnosis.conftest import KEPT, PORTS
 from tests.few import few_explanations
 
@@ -60,6 +61,53 @@ def test_the_model_file_comes_back_as_it_was(diagnosed: Diagnosis, tmp_path: Pat
     del content["verdict"], content["corners"]  # as earlier versions wrote it
     path.write_text(json.dumps(content))
     assert read_model(path) == model.model_copy(update={"verdict": None, "corners": ()})
+
+
+def test_the_model_file_holds_what_was_known_and_steps_as_fine_as_any_explanation(
+    diagnosed: Diagnosis,
+) -> None:
+    model = gap_model(diagnosed)
+    known = np.diag(np.square(diagnosed.dataset.rig.stds))
+    assert np.array(model.nominal.covariance) == pytest.approx(known)
+    leader, other = diagnosed.corrected, next(f for f in diagnosed.fits if f.explanation == ("sensor_scale",))
+    fine = replace(other, grid=other.grid._replace(h=leader.grid.h / 4))
+    fits = tuple(fine if f is other else f for f in diagnosed.fits)
+    probability = tuple(0.5 if f in (leader, fine) else 0.0 for f in fits)
+    both = replace(
+        diagnosed, fits=fits, probability=probability, credible=(leader.explanation, fine.explanation)
+    )
+    assert gap_model(both).step_s == fine.grid.h
+
+
+def test_an_untared_sensor_leaves_the_errors_of_peaks(gravity_set: GapDataset, diagnosed: Diagnosis) -> None:
+    offset = 7.0
+    trials = [
+        replace(t, trace=replace(t.trace, force=t.trace.force + offset))
+        for t in gravity_set.trials
+        if t.trace
+    ]
+    untared = replace(gravity_set, trials=tuple(trials))
+    quality = assess_dataset(untared)
+    peaks = _measured_peaks(untared, quality, observe(untared, quality))
+    assert peaks == pytest.approx(diagnosed.held["nominal"].measured_peak, abs=0.2)
+
+
+def test_of_a_single_condition_no_figure_is_called_unseen(gravity_set: GapDataset, tmp_path: Path) -> None:
+    first = gravity_set.trials[0]
+    forces = [first.trace.force + 0.1 * k for k in range(3)]  # type: ignore[union-attr]
+    trials = [
+        replace(first, name=f"t{k}", trace=replace(first.trace, force=force))  # type: ignore[type-var]
+        for k, force in enumerate(forces)
+    ]
+    with few_explanations(KEPT, PORTS):
+        found = diagnose(replace(gravity_set, trials=tuple(trials)))
+    content = document(found)
+    assert all(content["gap"][name]["force_rms_n"] is None for name in ("recalibrated", "corrected"))
+    assert content["gap"]["nominal"]["force_rms_n"] > 0
+    assert content["shrinkage"] == {"force": None, "peak": None}
+    assert any("one condition" in warning for warning in content["warnings"])
+    write_report(tmp_path / "report.html", found, content)
+    assert "so none is unseen" in (tmp_path / "report.html").read_text()
 
 
 @pytest.mark.parametrize(

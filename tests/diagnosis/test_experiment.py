@@ -8,7 +8,7 @@ import pytest
 
 from acf_jax.diagnosis import experiment
 from acf_jax.diagnosis.candidates import fit_nominal
-from acf_jax.diagnosis.fit import Linearisation
+from acf_jax.diagnosis.fit import Fit, Linearisation
 from tests.diagnosis.imagined import imagined
 
 
@@ -28,3 +28,21 @@ def test_no_trial_is_proposed_where_a_prediction_goes_astray(monkeypatch: pytest
     elsewhere = experiment.propose(observations, (fitted, 0.6), (other, 0.4))
     assert elsewhere is not None and elsewhere.v_e <= 0.9 * plain.v_e
     assert np.isfinite(elsewhere.error_after)
+
+
+def test_repeats_help_against_noise_but_not_against_unsure_parameters(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    observations = imagined("gravity", (5.0,))
+    fitted = fit_nominal(observations)
+    sure = replace(fitted, hessian=1e8 * fitted.hessian)
+
+    def error_after(fitted: Fit, repeats: int) -> float:
+        monkeypatch.setattr(experiment, "REPEATS", repeats)
+        proposed = experiment.propose(observations, (fitted, 0.6), (replace(fitted, u=fitted.u + 0.01), 0.4))
+        assert proposed is not None
+        return proposed.error_after
+
+    gain_if_sure = error_after(sure, 1) - error_after(sure, 12)
+    gain = error_after(fitted, 1) - error_after(fitted, 12)
+    assert gain_if_sure > 0.01 and gain < 0.5 * gain_if_sure

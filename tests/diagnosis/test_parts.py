@@ -32,10 +32,12 @@ from acf_jax.diagnosis.score import (
     credible_set,
     doubt,
     explanations,
+    of_each_fit,
     probabilities,
 )
 from acf_jax.diagnosis.space import Explanation, component_of, coordinates, every_effect, starts
 from tests.corrected import gap_model
+from tests.corrected import variant as made
 from tests.diagnosis.imagined import RIG
 from tests.typical import typical
 
@@ -249,6 +251,31 @@ def test_the_force_up_to_which_a_free_curve_was_tried_is_of_the_first_contact(
     assert reach_of(("gravity",), some, some, some, grid) == np.inf
 
 
+def test_the_contact_force_of_a_sensor_with_wrong_gain_is_as_uncertain_as_the_rig() -> None:
+    """What is known is the reading (1 + e) F: of the contact force that says as little as of the gain e."""
+    model = gap_model(("sensor_scale",), (0.2,))
+    v, where = model.corrected, (np.array([0.3]), np.array([60.0]))
+    step = np.array([0.0, 0.0, 0.0, 8e3, -0.06])  # a stiffer contact that is read as less
+
+    def with_rig(**changed: object) -> Prediction:
+        return predict(model.model_copy(update={"corrected": v.model_copy(update=changed)}), *where)[0]
+
+    here = with_rig(covariance=tuple(map(tuple, np.outer(step, step).tolist())))
+    there = with_rig(theta=tuple(np.array(v.theta) + step))
+    assert here.contact_peak_force_std == pytest.approx(
+        there.contact_peak_force - here.contact_peak_force, rel=0.1
+    )
+    assert here.peak_force_std < 0.5 * here.contact_peak_force_std
+
+
+def test_an_alternative_that_breaks_down_adds_no_spread() -> None:
+    broken = made(("unknown_contact",), tuple(typical("unknown_contact")), 0.4)
+    near, far = np.array([0.1, 20.0]), np.array([60.0, 60.0])
+    alone, beside = predict(gap_model(), near, far), predict(gap_model(alternatives=(broken,)), near, far)
+    assert beside[1].peak_force_std == pytest.approx(alone[1].peak_force_std)
+    assert beside[0].peak_force_std > 1.1 * alone[0].peak_force_std
+
+
 @pytest.mark.parametrize("delay", [1.5e-4, -1.5e-4])
 def test_a_delay_of_the_reading_leaves_the_contact_force(delay: float) -> None:
     punctual = gap_model(("sensor_lag",), (5e-4, 0.8))
@@ -311,6 +338,16 @@ def test_the_reach_of_a_free_curve_changes_nothing_below_it(port: str) -> None:
     assert held[0] == pytest.approx(free[0], rel=1e-12)
     assert abs(held[1] - free[1]).max() > 1.0
     assert reach_of(("gravity",), np.append(theta[:4], 5.0), v_e, f_p, grid) == np.inf
+
+
+def test_fits_are_as_probable_as_their_explanations_are_said_to_be() -> None:
+    names = [(), ("gravity",), ("unknown_actuator",), ("unknown_robot",)]
+    fits = cast(list[Fit], [SimpleNamespace(explanation=name) for name in names])
+    before = np.array([0.0, 0.98, 0.015, 0.005])
+    stated = doubt(explanations(fits, before), 0.1)
+    p = of_each_fit(fits, before, stated)
+    assert dict(zip(names, p, strict=True))[("gravity",)] == pytest.approx(0.245)
+    assert p[2:] == pytest.approx([0.755 * 0.75, 0.755 * 0.25])
 
 
 def test_no_listed_probability_is_certain_once_the_small_ones_are_left_out() -> None:

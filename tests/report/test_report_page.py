@@ -16,6 +16,7 @@ from acf_jax.diagnosis.document import document
 from acf_jax.report import sentence, write_report
 from acf_jax.report.discrepancy import along
 from acf_jax.report.markup import formula
+from acf_jax.report.parameters import parameter_table
 from acf_jax.report.words import VERDICTS, headed, listed, percent, si
 
 
@@ -111,8 +112,19 @@ def test_each_verdict_has_its_sentence(verdict: str, diagnosed: Diagnosis, tmp_p
     assert VERDICTS[verdict][0] in read(d, tmp_path).text
 
 
+def test_intervals_of_parameters_are_those_of_the_stated_deviations(diagnosed: Diagnosis) -> None:
+    """A misfit beyond the noise widens both."""
+    d = diagnosed.corrected
+    astray = replace(d, linear=replace(d.linear, residual=4 * d.linear.residual))
+    stated = document(replace(diagnosed, corrected=astray))["parameters"]["moving_mass_kg"]
+    ends = [si(stated["value"] + sign * 1.959964 * stated["std"]) for sign in (-1, 1)]
+    assert " to ".join(ends) in parameter_table(replace(diagnosed, corrected=astray))
+
+
 def test_peaks_alone_are_told_what_to_measure(peaks_only: Diagnosis, tmp_path: Path) -> None:
     page = read(peaks_only, tmp_path)
+    conditions = document(peaks_only)["where"]["conditions"]
+    assert all(c["excess_rms_n"] is None and c["share"] >= 0 for c in conditions)
     assert "overlay-data" not in page.figures and "force-error-data" not in page.figures
     assert "Record force traces" in page.text
 

@@ -21,6 +21,7 @@ from acf_jax.diagnosis.score import (
     evidence_of,
     explanations,
     is_port,
+    of_each_fit,
     probabilities,
 )
 from acf_jax.diagnosis.search import Progress, fit_all
@@ -33,6 +34,10 @@ from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
 
+ONE_CONDITION = (
+    "all trials were made at one condition: how far the gap shrinks elsewhere cannot be told;"
+    " add trials at another contact velocity"
+)
 HOPEFUL = 0.7  # where the interval of the shrinkage reaches it, the explanation is not doubted
 
 
@@ -110,6 +115,7 @@ def diagnose(
         credible = credible_set(scored)
         corrected = _corrected(fits, probability, scored[0].explanation)
         shrinkage = unseen.shrinkage(corrected, scored[0].probability)
+    probability = of_each_fit(fits, probability, scored)
     held = {
         "nominal": hold_out(observations, nominal, measured, unseen.scattered, refit=False),
         "recalibrated": unseen.of(recalibrated),
@@ -133,16 +139,21 @@ def diagnose(
         verdict=verdict,
         scored=tuple(scored),
         credible=tuple(credible),
-        component=components(fits, probability, scored),
+        component=components(fits, probability),
         indistinguishable=tuple(pairs),
         absorbed={d.effect: d.absorbed for d in detectability},
         detectability=detectability,
         gap_map=gap_map(observations, recalibrated, held["recalibrated"]),
-        gap={name: figures(observations, value) for name, value in held.items()},
+        gap={
+            name: figures(observations, value)
+            if unseen.exists or name == "nominal"
+            else GapFigures(None, None, None)
+            for name, value in held.items()
+        },
         noise_floor_rms_n=floor,
         shrinkage_force=None if no_gap else shrinkage,
         shrinkage_peak=None
-        if no_gap
+        if no_gap or not unseen.exists
         else peak_shrinkage(
             (held["recalibrated"], held["corrected"]),
             observations.condition,
@@ -156,7 +167,7 @@ def diagnose(
         held=held,
         next_experiment=_next(observations, fits, probability, credible),
         excluded=excluded,
-        warnings=(*quality.warnings, *_warnings(corrected)),
+        warnings=(*quality.warnings, *_warnings(corrected), *([] if unseen.exists else [ONE_CONDITION])),
     )
 
 
@@ -184,12 +195,12 @@ def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:
 
 
 def _measured_peaks(dataset: GapDataset, quality: Quality, observations: Observations) -> np.ndarray:
-    """The largest sample within the impact phase of each trial, N."""
+    """The largest sample within the impact phase of each trial, N, what an unloaded sensor reads taken off."""
     by_name = {t.name: (t, q) for t, q in zip(dataset.trials, quality.trials, strict=True)}
     peaks = []
     for name in observations.names:
         trial, look = by_name[name]
-        peaks.append(look.phase.peak_force if look.phase else trial.peak_force)
+        peaks.append(look.phase.peak_force - quality.noise.offset if look.phase else trial.peak_force)
     return np.array(peaks, float)
 
 

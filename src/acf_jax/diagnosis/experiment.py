@@ -59,7 +59,7 @@ def propose(
     reaches = [reach_of(x.explanation, x.theta[:-1], o.v_e, o.f_p, x.grid) for x in fits]
     distances = [_distance(planned, v, f, fits, reaches) for v, f in conditions]
     pick = int(np.argmax(distances))
-    after = error_probability(first[1], second[1], np.sqrt(REPEATS) * distances[pick])
+    after = error_probability(first[1], second[1], distances[pick])
     before = min(first[1], second[1]) / (first[1] + second[1])
     v, f = conditions[pick]
     names = (first[0].explanation, second[0].explanation)
@@ -69,7 +69,10 @@ def propose(
 def _distance(
     planned: Observations, v: float, f: float, fits: Sequence[Fit], reaches: Sequence[float]
 ) -> float:
-    """Whitened distance of two fits' predictions of one trial; 0 where one of them goes astray."""
+    """Whitened distance of two fits' predictions of a trial's repeats; 0 where one of them goes astray.
+
+    Noise and nuisances of the repeats are their own, the fits' parameters are as uncertain in all of them.
+    """
     trial = replace(planned, v_e=np.array([v]), f_p=np.array([f]))
     quiet = np.zeros((1, N_OWN))
     lines = [
@@ -78,10 +81,11 @@ def _distance(
     ]
     if not all(line.is_sound for line in lines):
         return 0.0
-    difference = (lines[0].residual - lines[1].residual)[0]
+    difference = np.sqrt(REPEATS) * (lines[0].residual - lines[1].residual)[0]
     columns = [lines[0].by_own[0].T]
     for x, line in zip(fits, lines, strict=True):
-        columns.append(line.by_parameter[0].T @ np.linalg.cholesky(np.linalg.inv(x.hessian)))
+        root = np.linalg.cholesky(x.misfit * np.linalg.inv(x.hessian))
+        columns.append(np.sqrt(REPEATS) * line.by_parameter[0].T @ root)
     spread = np.concatenate(columns, axis=1)
     inner = np.linalg.solve(spread.T @ spread + np.eye(spread.shape[1]), spread.T @ difference)
     return float(np.sqrt(max(0.0, difference @ difference - (spread.T @ difference) @ inner)))

@@ -55,9 +55,13 @@ class Fit:
     def covariance(self) -> np.ndarray:
         """(p, p) of the parameters in SI units, widened by the misfit that the noise does not explain."""
         slope = self.coordinates.slope(self.u)
+        return np.asarray(self.misfit * slope[:, None] * np.linalg.inv(self.hessian) * slope)
+
+    @property
+    def misfit(self) -> float:
+        """Chi-square of a sample, at least 1: by how much more than noise the variances are."""
         samples = int((self.linear.residual != 0).sum())
-        misfit = max(1.0, float((self.linear.residual**2).sum()) / max(samples, 1))
-        return np.asarray(misfit * slope[:, None] * np.linalg.inv(self.hessian) * slope)
+        return max(1.0, float((self.linear.residual**2).sum()) / max(samples, 1))
 
     @property
     def at_bound(self) -> np.ndarray:

@@ -111,18 +111,23 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
     return GapModel(
         schema=SCHEMA,
         description=d.dataset.description,
-        nominal=variant(d.nominal, 0.0),
+        nominal=variant(d.nominal, 0.0).model_copy(update={"covariance": _known(o.prior.stds)}),
         recalibrated=variant(d.fits[0], of[()]),
         corrected=variant(d.corrected, of[d.corrected.explanation]),
         alternatives=tuple(variant(f, of[f.explanation]) for f in standing),
         peak_form_error=form,
-        step_s=d.corrected.grid.h,
+        step_s=min(f.grid.h for f in (d.corrected, *standing)),
         sample_rate_hz=float(1 / np.median(interval)) if interval.size else 10e3,
         v_range=(float(o.v_e.min()), float(o.v_e.max())),
         f_p_range=(float(o.f_p.min()), float(o.f_p.max())),
         corners=_corners(o.v_e, o.f_p),
         verdict=cast(Verdict, d.verdict),
     )
+
+
+def _known(stds: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    """The covariance of the rig's parameters before any trial."""
+    return tuple(tuple(row) for row in np.diag(np.square(stds)).tolist())
 
 
 def _corners(v_e: np.ndarray, f_p: np.ndarray) -> tuple[tuple[float, float], ...]:

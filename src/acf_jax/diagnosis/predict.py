@@ -10,7 +10,7 @@ from acf_jax.diagnosis.fit import STEP_PER_RADIAN
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, reach_of
 from acf_jax.diagnosis.model_file import GapModel, Variant
 from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
-from acf_jax.diagnosis.space import RIG
+from acf_jax.diagnosis.space import RIG, component_of, parameters
 
 LONGEST = 0.060  # s, of a predicted trace whose contact is not lost
 DIVERGED = 10.0  # times the largest force that the trials tried a free curve with,
@@ -90,6 +90,10 @@ class _Run(NamedTuple):
     covariance: np.ndarray
     delay: float  # s, of the reading
     diverges: np.ndarray  # (trials,) bool
+    at_contact: (
+        Forces  # the same impacts without the sensor's effects, which leave the contact force as it is,
+    )
+    kept: np.ndarray  # and which of the parameters remain
 
 
 def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
@@ -104,7 +108,11 @@ def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
     forces = Forces(np.where(sound, forces.contact, 0.0), np.where(sound[:, None], forces.rows, 0.0))
     ends = [phase_end(s, c) for s, c in zip(forces.sensed, forces.contact, strict=True)]
     diverges = np.array([not all(ok[: end + 1]) for ok, end in zip(sound, ends, strict=True)])
-    return _Run(forces, grid, np.array(v.covariance), v.delay_s, diverges)
+    mechanical = tuple(name for name in v.effects if component_of(name) != "sensor")
+    left = {name for name, _ in parameters(mechanical)}
+    kept = np.array([name in left for name in v.names])
+    at_contact = forces if kept.all() else forward(mechanical, theta[kept], v_e, f_p, grid, reach)
+    return _Run(forces, grid, np.array(v.covariance), v.delay_s, diverges, at_contact, kept)
 
 
 def _one(
@@ -115,30 +123,30 @@ def _one(
     i: int,
     rate: float,
 ) -> Prediction:
-    forces, grid, covariance, delay, _ = runs[0]
+    forces, grid, covariance, delay, _, at_contact, kept = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
     # when the sensor saw what it reads: at first contact it has seen nothing, however early it seemed to read
     read = np.where(time > 0, np.clip(time - delay, 0.0, grid.steps * grid.h), 0.0)
 
     def at(values: np.ndarray, when: np.ndarray) -> np.ndarray:
-        between = np.maximum(at_times(values, when, grid.h, forces.contact[i]), 0.0)
-        return np.where(when == 0, values[0], between)
+        return np.where(when == 0, values[0], at_times(values, when, grid.h, forces.contact[i]))
 
-    force, contact = at(forces.sensed[i], read), at(forces.contact[i], time)
+    force, contact = at(forces.sensed[i], read), np.maximum(at(forces.contact[i], time), 0.0)
     top = int(np.argmax(force))
-    peaks = [
-        (peak_of(f.sensed[i], g.h, f.contact[i])[0], peak_of(f.contact[i], g.h, f.contact[i])[0])
-        for f, g, *_ in runs
-    ]
-    means = weights @ np.array(peaks)
-    between = weights @ (np.array(peaks) - means) ** 2
-    at_peak = at_times(forces.tangents[i], read[[top]], grid.h, forces.contact[i])
-    slope = at_peak[: len(covariance), 0]
+    tops = [
+        (peak_of(run.forces.sensed[i], run.grid.h, run.forces.contact[i]),
+         peak_of(run.forces.contact[i], run.grid.h, run.forces.contact[i]))
+        for run in runs
+    ]  # fmt: skip
+    peaks = np.array(tops)[:, :, 0]
+    sound = weights * [not run.diverges[i] for run in runs]
+    sound = sound / max(sound.sum(), 1e-9)
+    between = sound @ (peaks - sound @ peaks) ** 2
+    own = _variance(forces, i, read[top], grid, covariance)
+    own_contact = _variance(at_contact, i, tops[0][1][1], grid, covariance[np.ix_(kept, kept)])
     form = model.peak_form_error if which == "corrected" else 0.0
-    own = max(0.0, float(slope @ covariance @ slope))
-    sensed_peak, contact_peak = float(force[top]), peaks[0][1]
-    ratio = contact_peak / max(sensed_peak, 1e-9)
+    sensed_peak, contact_peak = float(force[top]), tops[0][1][0]
     return Prediction(
         time=time,
         force=force,
@@ -147,5 +155,12 @@ def _one(
         peak_force_std=float(np.sqrt(own + between[0] + (form * sensed_peak) ** 2)),
         peak_time=float(time[top]),
         contact_peak_force=contact_peak,
-        contact_peak_force_std=float(np.sqrt(own * ratio**2 + between[1] + (form * contact_peak) ** 2)),
+        contact_peak_force_std=float(np.sqrt(own_contact + between[1] + (form * contact_peak) ** 2)),
     )
+
+
+def _variance(forces: Forces, i: int, time: float, grid: Grid, covariance: np.ndarray) -> float:
+    """Of the force that impact i reads at a time, N^2, by the covariance of the parameters."""
+    there = at_times(forces.tangents[i], np.array([time]), grid.h, forces.contact[i])
+    slope = there[: len(covariance), 0]
+    return max(0.0, float(slope @ covariance @ slope))

@@ -227,14 +227,24 @@ def doubt(scored: Sequence[Scored], shrinkage: float) -> list[Scored]:
     return _ranked(total)
 
 
-def components(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[Scored]) -> dict[str, float]:
+def of_each_fit(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[Scored]) -> np.ndarray:
+    """Probability (n,) of each fit as its explanation's is stated; the ports share theirs as they did before."""
+    stated = {s.explanation: s.probability for s in scored}
+    at_ports = np.array([is_port(f.explanation) for f in fits])
+    share = np.where(at_ports, np.maximum(probability, 1e-300), 0.0)
+    share /= max(share.sum(), 1e-300)
+    return np.array(
+        [
+            stated[UNKNOWN] * part if part else stated[f.explanation]
+            for f, part in zip(fits, share.tolist(), strict=True)
+        ]
+    )
+
+
+def components(fits: Sequence[Fit], probability: np.ndarray) -> dict[str, float]:
     """Probability that a cause acts at each component; a pair counts at both, an unknown cause where its ports say."""
-    final = {s.explanation: s.probability for s in scored}
-    before = sum(float(p) for f, p in zip(fits, probability, strict=True) if is_port(f.explanation))
     total = dict.fromkeys(("actuator", "contact", "robot", "sensor"), 0.0)
     for fitted, p in zip(fits, probability, strict=True):
-        unknown = is_port(fitted.explanation)
-        share = final[UNKNOWN] * float(p) / before if unknown else final[fitted.explanation]
         for component in {component_of(name) for name in fitted.explanation}:
-            total[component] += share
+            total[component] += float(p)
     return total

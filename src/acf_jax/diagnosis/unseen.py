@@ -22,8 +22,13 @@ class Unseen:
     seed: int  # of the bootstrap
     known: dict[Explanation, HeldOut] = field(default_factory=dict)
 
+    @property
+    def exists(self) -> bool:
+        """Whether there is a condition that a fit to the others does not see."""
+        return len(np.unique(self.observations.condition)) > 1
+
     def of(self, fitted: Fit) -> HeldOut:
-        """The predictions of a fit."""
+        """The predictions of a fit; of a single condition by the fit to it."""
         if fitted.explanation not in self.known:
             self.known[fitted.explanation] = hold_out(
                 self.observations, fitted, self.measured_peak, self.scattered
@@ -32,6 +37,8 @@ class Unseen:
 
     def shrinkage(self, corrected: Fit, probability: float) -> Shrinkage | None:
         """How far the gap of the recalibrated model shrinks with a corrected one, whose cause is as probable."""
+        if not self.exists:
+            return None
         fits = self.recalibrated, corrected
         held = self.of(self.recalibrated), self.of(corrected)
         return force_shrinkage(self.observations, fits, held, form_of(corrected, probability), self.seed)

@@ -103,8 +103,8 @@ def spread_of(fitted: Fit) -> np.ndarray:
 class GapFigures:
     """One row of the gap."""
 
-    force_rms_n: float | None
-    peak_rms_percent: float | None
+    force_rms_n: float | None  # None without traces,
+    peak_rms_percent: float | None  # or where all trials have one condition
     peak_max_percent: float | None
 
 

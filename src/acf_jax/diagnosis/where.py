@@ -1,6 +1,6 @@
 """Where the gap lies: in which phase of the contact, and in which conditions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class ConditionGap:
 
     v_e: float
     f_p: float
-    excess_rms_n: float | None
+    excess_rms_n: float | None  # None without traces
     share: float
     phases: dict[str, float]  # excess squared residual of each phase over that of all trials
 
@@ -54,7 +54,8 @@ def gap_map(observations: Observations, recalibrated: Fit, held: HeldOut) -> Gap
         squared = (held.peak - held.measured_peak) ** 2
         rows = [_condition(o, c, squared, None, {}) for c in np.unique(o.condition)]
         total = sum(row[1] for row in rows) or 1.0
-        return GapMap(dict.fromkeys(PHASES), tuple(_named(o, *row, total) for row in rows))
+        named = [_named(o, *row, total) for row in rows]
+        return GapMap(dict.fromkeys(PHASES), tuple(replace(gap, excess_rms_n=None) for gap in named))
     total_phase = {name: max(0.0, float(values.sum())) for name, values in by_phase.items()}
     all_phases = sum(total_phase.values())
     if all_phases <= 0:

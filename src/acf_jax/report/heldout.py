@@ -44,9 +44,11 @@ def force_error(content: dict[str, Any]) -> Html | None:
     return plot("force-error", "Force error", caption, [Variant("", [bars, line])], layout)
 
 
-def peak_errors(diagnosis: Diagnosis) -> Html:
-    """Error of each trial's peak over contact velocity."""
+def peak_errors(diagnosis: Diagnosis) -> Html | None:
+    """Error of each trial's peak over contact velocity; None where no condition is unseen."""
     d = diagnosis
+    if d.gap["recalibrated"].peak_rms_percent is None:
+        return None
     o = d.observations
     data = []
     for name in LINES:
@@ -101,7 +103,9 @@ def in_words(content: dict[str, Any]) -> Html:
                 f" {percent(shrinkage['value'])} (95 % interval {percent(low)} to {percent(high)}){grows}."
             )
     if not sentences:
-        sentences = ["No shrinkage is stated: there is no gap to shrink."]
+        alone = gap["recalibrated"]["peak_rms_percent"] is None
+        why = "all trials have one condition, so none is unseen" if alone else "there is no gap to shrink"
+        sentences = [f"No shrinkage is stated: {why}."]
     return join(
         [element("p", " ".join(sentences)), table("On conditions that the fit did not see", head, rows)]
     )

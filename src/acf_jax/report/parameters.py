@@ -26,12 +26,13 @@ def parameter_table(diagnosis: Diagnosis) -> Html:
     d = diagnosis
     fitted = d.corrected
     std_u = np.sqrt(np.diag(np.linalg.inv(fitted.hessian)))
-    std = np.abs(fitted.coordinates.slope(fitted.u)) * std_u
+    wide_u = np.sqrt(fitted.misfit) * std_u  # as in diagnosis.json
+    std = np.abs(fitted.coordinates.slope(fitted.u)) * wide_u
     rows = [
         (
             _name(name, p),
             _fitted(fitted, k, p),
-            _interval(fitted, k, p, std_u[k], std[k]),
+            _interval(fitted, k, p, wide_u[k], std[k]),
             _prior(d, k, p),
             join([formula(headed(RIG_MEANS.get(p.name, p.meaning))), *_flags(fitted, k, std_u[k])]),
         )

@@ -81,7 +81,7 @@ def _tiles(d: Diagnosis, content: dict[str, Any]) -> Html:
             f"{name_of(best.explanation)}: {likelihood(best.probability)}",
         )
     ]
-    if before["force_rms_n"] is not None:
+    if None not in (before["force_rms_n"], after["force_rms_n"]):
         tiles.append(
             (
                 "Force error on unseen conditions",
@@ -89,13 +89,14 @@ def _tiles(d: Diagnosis, content: dict[str, Any]) -> Html:
                 f"RMS, recalibrated → corrected; noise and spread {si(floor, 3, 'N')}",
             )
         )
-    tiles.append(
-        (
-            "Peak error on unseen conditions",
-            f"{before['peak_rms_percent']:.2g} → {after['peak_rms_percent']:.2g} %",
-            f"RMS; at worst {after['peak_max_percent']:.2g} % after correction",
+    if None not in (before["peak_rms_percent"], after["peak_rms_percent"]):
+        tiles.append(
+            (
+                "Peak error on unseen conditions",
+                f"{before['peak_rms_percent']:.2g} → {after['peak_rms_percent']:.2g} %",
+                f"RMS; at worst {after['peak_max_percent']:.2g} % after correction",
+            )
         )
-    )
     for name, what in (("force", "force"), ("peak", "peak")):
         shrinkage = content["shrinkage"][name]
         if shrinkage is not None:
