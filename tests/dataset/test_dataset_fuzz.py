@@ -35,6 +35,6 @@ def test_any_traces_can_be_assessed(seed, count, shape):
         trials.append(Trial(f"t{i}", *condition, 100.0 if trace is None else None, trace))
     stated = Measurement(rng.choice([None, 1e-6, 1.0]))
     quality = assess_dataset(GapDataset(Path("any"), "", RIG, stated, tuple(trials)))
-    assert np.isfinite(quality.noise.std)
+    assert np.isfinite(quality.noise.std) and quality.noise.std > 1e-9
     assert len(quality.excluded) <= max(1, count // 4)
     assert len(quality.used) >= 3 or not quality.excluded

@@ -10,6 +10,7 @@ from acf_jax.dataset import Measurement, Trace, assess, assess_dataset
 from acf_jax.dataset.faults import peak_disagreement
 from acf_jax.dataset.noise import Noise, difference_noise, fit_noise, look_at_approach, quantisation_step
 from acf_jax.dataset.phase import find_impact, moving_mean
+from acf_jax.errors import InputError
 
 IMPACT_TIME = float(np.pi * np.sqrt(M / (K_F + K_C)))
 
@@ -387,3 +388,83 @@ def test_a_stated_size_makes_the_colour_better_known() -> None:
 def test_a_stated_size_that_the_samples_contradict_is_not_held() -> None:
     noise = fit_noise(traces(20, 3, std=1.0, share=0.999, tau=3e-4), 0.3)
     assert noise.std > 0.7
+
+
+def changed(dataset, force_of, some=slice(None)):
+    """`dataset` with another force, of time and force, in some of its trials."""
+    trials = list(dataset.trials)
+    trials[some] = [with_force(t, force_of(t.trace.time, t.trace.force)) for t in trials[some]]
+    return replace(dataset, trials=tuple(trials))
+
+
+def padded(time, force):
+    return np.where(time < 0.0, 0.0, force)
+
+
+def within_dead_band(time, force):
+    return np.where(np.abs(force) < 5.0, 0.0, force)
+
+
+SIMULATED = made_up(0, std=0.0, step=0.0, end=0.03)
+CONSTANT = {
+    "noise-free": (SIMULATED, 1e-4, 0.05),
+    "noise-free, never zeroed": (changed(SIMULATED, lambda time, force: force + 5.0), 1e-4, 0.05),
+    "coarse": (made_up(0, std=0.05, step=0.5), 0.5 / 12**0.5, 0.2),
+    "padded": (changed(made_up(0), padded), 0.85, 1.15),
+    "dead band": (changed(made_up(0, end=0.03), within_dead_band), 0.85, 1.15),
+}
+
+
+@pytest.mark.parametrize("case", CONSTANT)
+def test_a_constant_approach_tells_nothing_of_the_noise(case):
+    dataset, low, high = CONSTANT[case]
+    stated = assess_dataset(replace(dataset, measurement=Measurement(0.7)))
+    assert stated.noise.is_white and stated.noise.std == 0.7 and stated.noise.source == "stated"
+    assert any("does not change before contact in t000" in w and "as stated" in w for w in stated.warnings)
+    assert not any("is stated as" in w for w in stated.warnings)
+    free = assess_dataset(replace(dataset, measurement=Measurement()))
+    assert free.noise.is_white and low <= free.noise.std < high and free.noise.source == "differences"
+    assert any("does not change before contact" in w and "; state force_noise" in w for w in free.warnings)
+    for quality in (stated, free):
+        assert quality.noise.offset == pytest.approx(5.0 * (case == "noise-free, never zeroed"))
+        assert quality.excluded == {}
+
+
+def test_what_is_constant_for_as_long_as_is_looked_at_tells_nothing() -> None:
+    force = np.append(np.ones(100), np.zeros(300))
+    fit = fit_noise([Trace(np.arange(-400, 0) / 8000.0, force)] * 5)
+    assert fit.std == 0.0 and fit.is_white
+
+
+@pytest.mark.parametrize("share", [0.0, 0.6])
+def test_constant_approaches_among_others_do_not_count(share) -> None:
+    dataset = made_up(1, share=share, stated=False)
+    quality = assess_dataset(changed(dataset, padded, slice(1, None, 2)))
+    others = replace(dataset, trials=dataset.trials[::2])
+    assert quality.noise == assess_dataset(others).noise
+    assert quality.noise.is_white == (share == 0.0)
+    assert any("in t001, t003" in w and "from the other trials" in w for w in quality.warnings)
+
+
+def test_coarse_readings_that_are_equal_by_chance_count() -> None:
+    coarse = [Trace(t.time[17:], t.force[17:]) for t in traces(40, 0, std=1.0, step=2.0)]
+    assert any(np.ptp(t.force[:3]) == 0.0 for t in coarse)
+    assert fit_noise(coarse).samples == 3 * 40
+
+
+def test_no_noise_is_estimated_below_the_step_of_the_readings() -> None:
+    rare = changed(made_up(0, std=0.05, step=0.0), lambda time, force: np.round((force + 0.12) / 0.5) * 0.5)
+    noise = assess_dataset(replace(rare, measurement=Measurement())).noise
+    assert noise.source == "approach" and noise.std == pytest.approx(0.5 / 12**0.5)
+    fine = assess_dataset(replace(rare, measurement=Measurement(0.05))).noise
+    assert fine.std == 0.05
+
+
+def test_without_any_scatter_the_noise_is_assumed_or_asked_for() -> None:
+    same = [replace(t, trace=None, peak_force=100.0) for t in made_up(0).trials]
+    dataset = replace(made_up(0, stated=False), trials=tuple(same))
+    quality = assess_dataset(dataset)
+    assert quality.noise.source == "assumed" and quality.noise.std == 0.5
+    nothing = replace(dataset, trials=tuple(replace(t, peak_force=0.0) for t in same[:4]))
+    with pytest.raises(InputError, match=r"dataset.yaml key 'measurement.force_noise_std_n': .*; state it"):
+        assess_dataset(nothing)

@@ -1,6 +1,7 @@
 """Reading a data set: what is accepted, and that each fault is named with file, place and remedy."""
 
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -205,6 +206,31 @@ def test_units_of_a_whole_column(folder, column, factor, message):
         row[column] = repr(float(row[column]) * factor)
     scale_rows.write_text("\n".join([header, *(",".join(row) for row in cells)]))
     assert any(message in fault for fault in faults_of(folder))
+
+
+def test_peaks_must_be_above_zero(folder):
+    trials = folder / "trials.csv"
+    rows = trials.read_text().splitlines()
+    rows[2], rows[3] = (
+        re.sub(r"60.0,[^,]+", f"60.0,{peak}", row) for row, peak in zip(rows[2:4], (0, -90), strict=True)
+    )
+    trials.write_text("\n".join(rows))
+    edit(folder / "dataset.yaml", "value: 60.0", "value: -60.0")
+    of_description, *of_peaks = faults_of(folder)
+    assert "dataset.yaml" in of_description
+    assert of_peaks == [
+        f"{trials} row 3 (trial 't001'): peak_force_n must be above 0 N, but is 0; leave the cell empty where the"
+        " peak is unknown",
+        f"{trials} row 4 (trial 't002'): peak_force_n must be above 0 N, but is -90; force counts positive in"
+        " compression: change the sign",
+    ]
+
+
+def test_peaks_of_the_wrong_sign(folder):
+    scale(folder / "trials.csv", 3, -1.0)
+    faults = faults_of(folder)
+    assert len(faults) == 4 and all("peak_force_n must be above 0 N" in fault for fault in faults)
+    assert all("positive in compression" in fault for fault in faults)
 
 
 @pytest.mark.parametrize(

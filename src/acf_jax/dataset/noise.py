@@ -11,6 +11,7 @@ from acf_jax.dataset.trials import Array, Trace
 _LONGEST = 200  # samples of one approach that enter the fit; more would only cost time
 _COLOURED = 12.0  # twice the gain in log likelihood that colour must bring: under 1 % false alarms
 _CONTRADICTS = 8.0  # the same by which samples contradict a stated standard deviation: 0.5 % false alarms
+_BY_CHANCE = 1e-4  # probability above which equal readings may be chance
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,23 @@ def approach_samples(trace: Trace) -> Trace:
     return Trace(trace.time[:last], trace.force[:last])
 
 
+def constant_approaches(traces: Sequence[Trace]) -> list[bool]:
+    """Which approaches tell nothing of the noise, as their readings differ by no more than rounding.
+
+    Not those that are constant by chance, which the other approaches show where readings are coarse.
+    """
+    forces = [approach_samples(trace).force[-_LONGEST:] for trace in traces]
+    still = [bool(np.allclose(force, force[:1], rtol=1e-9, atol=1e-9)) for force in forces]
+    if all(still):
+        return still
+    changing = np.concatenate([force for force, is_still in zip(forces, still, strict=True) if not is_still])
+    share = np.unique(changing, return_counts=True)[1] / changing.size
+    return [
+        is_still and float((share**force.size).sum()) < _BY_CHANCE
+        for force, is_still in zip(forces, still, strict=True)
+    ]
+
+
 def look_at_approach(trace: Trace) -> Approach | None:
     """Offset, drift and noise of one trial's approach; None with fewer than five samples."""
     before = approach_samples(trace)
@@ -100,13 +118,16 @@ def fit_noise(traces: Sequence[Trace], stated: float | None = None) -> Noise | N
     White unless the correlated part earns its two parameters. An offset of its own in each trial reads
     as a correlation time longer than the approach. A standard deviation that is `stated` (N) and that these samples
     do not contradict is held: of correlated samples it is poorly known, and an error in it goes into the correlation.
+    Constant approaches tell nothing and are left out; where all are constant, the answer has a std of 0.
     """
-    groups = _group([approach_samples(trace) for trace in traces])
+    constant = constant_approaches(traces)
+    told = [trace for trace, is_still in zip(traces, constant, strict=True) if all(constant) or not is_still]
+    groups = _group([approach_samples(trace) for trace in told])
     count = sum(force.size for force, _ in groups)
     if count < 10:
         return None
     white, mean, std = _fit(groups, 0.0, 1.0)
-    if std == 0.0:
+    if all(constant):
         return Noise(0.0, offset=mean, samples=count)
     step = min(step for _, step in groups)
     window = max(step * force.shape[1] for force, step in groups)

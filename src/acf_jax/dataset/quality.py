@@ -12,6 +12,7 @@ from acf_jax.dataset.noise import (
     Approach,
     Noise,
     approach_samples,
+    constant_approaches,
     difference_noise,
     fit_noise,
     look_at_approach,
@@ -19,6 +20,7 @@ from acf_jax.dataset.noise import (
 )
 from acf_jax.dataset.phase import NEGATIVE, ImpactPhase, find_impact
 from acf_jax.dataset.trials import GapDataset, Trace, Trial
+from acf_jax.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,10 @@ def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> 
 
 
 def assess_dataset(dataset: GapDataset) -> Quality:
-    """Look at all trials: noise, phases, faulty trials, and what a user should know before the fit."""
+    """Look at all trials: noise, phases, faulty trials, and what a user should know before the fit.
+
+    Raises `InputError` when the noise is not stated and nothing tells it.
+    """
     stated = dataset.measurement.force_noise_std_n
     typical = _typical_noise([t.trace for t in dataset.trials if t.trace]) if stated is None else stated
     alone = [assess(trial, dataset.rig.impact_time, typical) for trial in dataset.trials]
@@ -89,10 +94,18 @@ def assess_dataset(dataset: GapDataset) -> Quality:
         offset = onsets[i] if agreement.trigger_offset is None else agreement.trigger_offset
         together[i] = replace(alone[i], trigger_offset=offset, faults=faults)
     excluded, shared = _exclude(together, dataset.conditions.values())
-    sound = [t.trace for t in dataset.trials if t.trace and t.name not in excluded]
-    estimate = fit_noise(sound, stated) or difference_noise(sound)
-    noise = _choose_noise(dataset, estimate)
-    warnings = shared + _noise_warnings(dataset, noise, estimate) + _trial_warnings(together, excluded, noise)
+    sound = [
+        (trial.trace, look)
+        for trial, look in zip(dataset.trials, together, strict=True)
+        if trial.trace and trial.name not in excluded
+    ]
+    traces = [trace for trace, _ in sound]
+    approach = fit_noise(traces, stated)
+    noise = _choose_noise(dataset, approach, sound)
+    constant = zip(sound, constant_approaches(traces), strict=True)
+    still = [look.name for (_, look), is_still in constant if is_still and look.approach]
+    of_noise = _noise_warnings(dataset, noise, approach, still)
+    warnings = shared + of_noise + _trial_warnings(together, excluded, noise)
     return Quality(noise, tuple(together), excluded, tuple(warnings))
 
 
@@ -154,44 +167,78 @@ def _exclude(
     return faulty, warnings
 
 
-def _choose_noise(dataset: GapDataset, estimate: Noise | None) -> Noise:
-    """The stated size with the estimated colour; without either, what the peaks allow."""
+def _choose_noise(
+    dataset: GapDataset, approach: Noise | None, sound: list[tuple[Trace, TrialQuality]]
+) -> Noise:
+    """The stated size with the estimated colour; without either, what differences and the peaks allow.
+
+    No estimate is below step/sqrt(12), by which readings in steps err once the force moves.
+    """
+    differences = _differences(approach, sound)
+    told = approach or differences
     stated = dataset.measurement.force_noise_std_n
     if stated is not None:
-        if estimate is None:
+        if told is None:
             return Noise(stated, source="stated")
-        return Noise(
-            stated, estimate.share, estimate.correlation_time, estimate.offset, estimate.samples, "stated"
-        )
-    if estimate is not None:
-        return estimate
-    peaks = {t.name: t.peak_force for t in dataset.trials if t.peak_force is not None}
-    groups = [[i for i in group if dataset.trials[i].name in peaks] for group in dataset.conditions.values()]
-    spreads = [
-        (len(group) - 1, float(np.var([peaks[dataset.trials[i].name] for i in group], ddof=1)))
-        for group in groups
-        if len(group) > 1
-    ]
+        return replace(told, std=stated, source="stated")
+    least = float(np.median([look.quantisation for _, look in sound])) / 12.0**0.5 if sound else 0.0
+    usable = approach if approach and approach.std > 0.0 else None
+    for found in (usable, differences, _repeats(dataset), _assumed(dataset)):
+        if found and (std := max(found.std, least)) > 0.0:
+            return replace(found, std=std, offset=told.offset if told else 0.0)
+    raise InputError(
+        f"{dataset.folder / 'dataset.yaml'} key 'measurement.force_noise_std_n': is missing, and neither traces nor"
+        " peaks tell the noise of the force; state it"
+    )
+
+
+def _differences(approach: Noise | None, sound: list[tuple[Trace, TrialQuality]]) -> Noise | None:
+    """Noise from differences; what was constant before contact may be so after it, and is cut off there."""
+    if approach is None:
+        return difference_noise([trace for trace, _ in sound])
+    ends = [(trace, look.phase.stop) for trace, look in sound if look.phase]
+    return difference_noise([Trace(trace.time[:stop], trace.force[:stop]) for trace, stop in ends])
+
+
+def _repeats(dataset: GapDataset) -> Noise | None:
+    """Noise from the scatter of peaks that repeat a condition; None where there are too few."""
+    groups = [[dataset.trials[i].peak_force for i in group] for group in dataset.conditions.values()]
+    known = [[peak for peak in group if peak is not None] for group in groups]
+    spreads = [(len(group) - 1, float(np.var(group, ddof=1))) for group in known if len(group) > 1]
     count = sum(n for n, _ in spreads)
-    if count >= 3:
-        return Noise(
-            (sum(n * v for n, v in spreads) / count) ** 0.5, samples=count + len(spreads), source="repeats"
-        )
-    largest = max((abs(peak) for peak in peaks.values()), default=100.0)
-    return Noise(0.005 * largest, source="assumed")
+    if count < 3:
+        return None
+    std = (sum(n * v for n, v in spreads) / count) ** 0.5
+    return Noise(std, samples=count + len(spreads), source="repeats")
 
 
-def _noise_warnings(dataset: GapDataset, noise: Noise, estimate: Noise | None) -> list[str]:
+def _assumed(dataset: GapDataset) -> Noise:
+    """Half a percent of the largest peak."""
+    peaks = [abs(t.peak_force) for t in dataset.trials if t.peak_force is not None]
+    return Noise(0.005 * max(peaks, default=100.0), source="assumed")
+
+
+def _noise_warnings(dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str]) -> list[str]:
     warnings = []
     traced = [trial.trace for trial in dataset.trials if trial.trace]
     stated = dataset.measurement.force_noise_std_n
-    if stated is not None and estimate is not None and estimate.source == "approach":
-        ratio = estimate.std / stated
+    told = approach if approach and approach.std > 0.0 else None
+    if stated is not None and told is not None:
+        ratio = told.std / stated
         if not 1.0 / 1.4 < ratio < 1.4:
             warnings.append(
                 f"force_noise_std_n is stated as {stated:g} N, but the samples before contact scatter by"
-                f" {estimate.std:.3g} N; correct it, or leave it out to have it estimated"
+                f" {told.std:.3g} N; correct it, or leave it out to have it estimated"
             )
+    if still:
+        what = f"the force does not change before contact in {_list(still)} (dead band, padding, coarse readings?)"
+        if told is not None:
+            outcome = "the noise is taken from the other trials"
+        elif stated is not None:
+            outcome = "the noise is taken as stated, and as white"
+        else:
+            outcome = f"the noise is taken as {noise.std:.3g} N, and as white; state force_noise_std_n"
+        warnings.append(f"{what}; {outcome}")
     if traced and not any(approach_samples(trace).time.size >= 5 for trace in traced):
         warnings.append(
             "no trace has samples before contact; noise and sensor offset cannot be checked:"

@@ -131,6 +131,8 @@ def _trial(table: Table, row: Row) -> Trial | None:
         if value is not None and (fault := limit.fault(value)):
             table.fault(where, f"{column} {fault}")
             right = False
+    if peak is not None and (fault := units.peak_fault(peak)):
+        table.fault(where, f"peak_force_n {fault}")
     if not right or velocity is None or pretension is None:
         return None
     other = {key: cell for key, cell in row.cells.items() if key and key not in _CONDITION + _RESULT}

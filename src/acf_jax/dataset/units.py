@@ -91,6 +91,15 @@ def force_fault(trace: Trace, expected: float) -> str | None:
     return None
 
 
+def peak_fault(value: float) -> str | None:
+    """Why a single `peak_force_n` cannot be right, with the remedy; None when it can."""
+    if value < 0.0:
+        return f"must be above 0 N, but is {value:g}; force counts positive in compression: change the sign"
+    if value == 0.0:
+        return "must be above 0 N, but is 0; leave the cell empty where the peak is unknown"
+    return None
+
+
 def peak_column_fault(rig: RigPrior, trials: list[Trial]) -> str | None:
     """Why the column `peak_force_n` as a whole cannot be in newtons; None when it can."""
     ratios = [t.peak_force / expected_peak(rig, t) for t in trials if t.peak_force is not None]
