@@ -57,6 +57,18 @@ def test_the_fastest_trial_alone_may_have_gone_beyond_a_limit() -> None:
     assert found == [[plain.names[3]], []]
 
 
+def test_a_trial_that_the_best_explanation_misses_is_kept_where_it_alone_may_show_a_limit() -> None:
+    """An end stop that only the hardest impact reaches; the same misfit of another trial is a fault."""
+    plain = _few_trials(mislabelled=None)
+    fitted = _fits(plain)[1]
+    found = []
+    for i in (3, 7):
+        chi2 = fitted.chi2.copy()
+        chi2[i] *= 80
+        found.append(list(outliers(plain, [replace(fitted, chi2=chi2)])))
+    assert found == [[plain.names[3]], []]
+
+
 def test_leaving_out_a_trial_is_predicted_as_a_fit_to_the_others_finds_it() -> None:
     observations = _few_trials(mislabelled=None)
     fitted = fit(observations, ("sensor_lag",), _fits(observations)[1].theta, warm=True)

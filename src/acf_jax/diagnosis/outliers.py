@@ -33,17 +33,16 @@ def _misfits(observations: Observations, fitted: Fit) -> dict[str, str]:
     chosen = np.flatnonzero(beyond & (ratio > OUTLIER * usual))
     if len(chosen) > max(1, len(ratio) // 10):
         return {}
-    # what every trial of a condition shows is physics, not a fault; a single one is given no such benefit
-    condition = observations.condition
-    groups = [np.flatnonzero(condition == condition[i]) for i in chosen]
-    chosen = np.array(
-        [i for i, g in zip(chosen, groups, strict=True) if len(g) == 1 or not np.isin(g, chosen).all()], int
-    )
+    # what every trial of a condition shows is physics, not a fault; so may be what one beyond all others does
+    groups = [np.flatnonzero(observations.condition == observations.condition[i]) for i in chosen]
+    physics = [
+        np.isin(g, chosen).all() if len(g) > 1 else _may_be_a_limit(observations, int(i))
+        for i, g in zip(chosen, groups, strict=True)
+    ]
     return {
-        observations.names[
-            i
-        ]: f"its misfit to the best explanation is {ratio[i] / usual:.0f} times that of the others"
-        for i in chosen
+        observations.names[i]: "its misfit to the best explanation is"
+        f" {ratio[i] / usual:.0f} times that of the others"
+        for i in chosen[~np.array(physics, bool)]
     }
 
 
