@@ -88,7 +88,7 @@ def _interval(fitted: Fit, k: int, p: Parameter, std_u: float, std: float) -> st
         u = fitted.u.copy()
         ends = []
         for sign in (-1, 1):
-            u[k] = fitted.u[k] + sign * WIDE * std_u
+            u[k] = np.clip(fitted.u[k] + sign * WIDE * std_u, at.low[k], at.high[k])
             ends.append(float(at.value(u)[k]))
     else:
         ends = [fitted.theta[k] - WIDE * std, fitted.theta[k] + WIDE * std]
