@@ -456,8 +456,11 @@ def test_no_noise_is_estimated_below_the_step_of_the_readings() -> None:
     rare = changed(made_up(0, std=0.05, step=0.0), lambda time, force: np.round((force + 0.12) / 0.5) * 0.5)
     noise = assess_dataset(replace(rare, measurement=Measurement())).noise
     assert noise.source == "approach" and noise.std == pytest.approx(0.5 / 12**0.5)
-    fine = assess_dataset(replace(rare, measurement=Measurement(0.05))).noise
-    assert fine.std == 0.05
+    stated = assess_dataset(replace(rare, measurement=Measurement(0.05)))
+    assert stated.noise.std == 0.05
+    assert any("readings in steps of 0.5 N err by 0.144 N alone" in w for w in stated.warnings)
+    enough = assess_dataset(replace(rare, measurement=Measurement(0.15)))
+    assert not any("in steps" in w for w in enough.warnings)
 
 
 def test_without_any_scatter_the_noise_is_assumed_or_asked_for() -> None:

@@ -222,7 +222,7 @@ def test_peaks_must_be_above_zero(folder):
         f"{trials} row 3 (trial 't001'): peak_force_n must be above 0 N, but is 0; leave the cell empty where the"
         " peak is unknown",
         f"{trials} row 4 (trial 't002'): peak_force_n must be above 0 N, but is -90; force counts positive in"
-        " compression: change the sign",
+        " compression: change the sign, or take off what the unloaded sensor reads",
     ]
 
 

@@ -104,7 +104,7 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     noise = _choose_noise(dataset, approach, sound)
     constant = zip(sound, constant_approaches(traces), strict=True)
     still = [look.name for (_, look), is_still in constant if is_still and look.approach]
-    of_noise = _noise_warnings(dataset, noise, approach, still)
+    of_noise = _noise_warnings(dataset, noise, approach, still, _error_of_steps(sound))
     warnings = shared + of_noise + _trial_warnings(together, excluded, noise)
     return Quality(noise, tuple(together), excluded, tuple(warnings))
 
@@ -172,7 +172,7 @@ def _choose_noise(
 ) -> Noise:
     """The stated size with the estimated colour; without either, what differences and the peaks allow.
 
-    No estimate is below step/sqrt(12), by which readings in steps err once the force moves.
+    No estimate is below what readings in steps err by; a stated size is kept.
     """
     differences = _differences(approach, sound)
     told = approach or differences
@@ -181,7 +181,7 @@ def _choose_noise(
         if told is None:
             return Noise(stated, source="stated")
         return replace(told, std=stated, source="stated")
-    least = float(np.median([look.quantisation for _, look in sound])) / 12.0**0.5 if sound else 0.0
+    least = _error_of_steps(sound)
     usable = approach if approach and approach.std > 0.0 else None
     for found in (usable, differences, _repeats(dataset), _assumed(dataset)):
         if found and (std := max(found.std, least)) > 0.0:
@@ -190,6 +190,11 @@ def _choose_noise(
         f"{dataset.folder / 'dataset.yaml'} key 'measurement.force_noise_std_n': is missing, and neither traces nor"
         " peaks tell the noise of the force; state it"
     )
+
+
+def _error_of_steps(sound: list[tuple[Trace, TrialQuality]]) -> float:
+    """Standard deviation, N, by which readings in steps err once the force moves."""
+    return float(np.median([look.quantisation for _, look in sound])) / 12.0**0.5 if sound else 0.0
 
 
 def _differences(approach: Noise | None, sound: list[tuple[Trace, TrialQuality]]) -> Noise | None:
@@ -218,7 +223,9 @@ def _assumed(dataset: GapDataset) -> Noise:
     return Noise(0.005 * max(peaks, default=100.0), source="assumed")
 
 
-def _noise_warnings(dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str]) -> list[str]:
+def _noise_warnings(
+    dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str], least: float
+) -> list[str]:
     warnings = []
     traced = [trial.trace for trial in dataset.trials if trial.trace]
     stated = dataset.measurement.force_noise_std_n
@@ -230,6 +237,11 @@ def _noise_warnings(dataset: GapDataset, noise: Noise, approach: Noise | None, s
                 f"force_noise_std_n is stated as {stated:g} N, but the samples before contact scatter by"
                 f" {told.std:.3g} N; correct it, or leave it out to have it estimated"
             )
+    if stated is not None and stated < least:
+        warnings.append(
+            f"force_noise_std_n is stated as {stated:g} N, but readings in steps of {least * 12.0**0.5:.3g} N err by"
+            f" {least:.3g} N alone; state at least that"
+        )
     if still:
         what = f"the force does not change before contact in {_list(still)} (dead band, padding, coarse readings?)"
         if told is not None:

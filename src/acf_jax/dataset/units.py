@@ -94,7 +94,10 @@ def force_fault(trace: Trace, expected: float) -> str | None:
 def peak_fault(value: float) -> str | None:
     """Why a single `peak_force_n` cannot be right, with the remedy; None when it can."""
     if value < 0.0:
-        return f"must be above 0 N, but is {value:g}; force counts positive in compression: change the sign"
+        return (
+            f"must be above 0 N, but is {value:g}; force counts positive in compression: change the sign,"
+            " or take off what the unloaded sensor reads"
+        )
     if value == 0.0:
         return "must be above 0 N, but is 0; leave the cell empty where the peak is unknown"
     return None
