@@ -58,9 +58,10 @@ def test_the_model_file_comes_back_as_it_was(diagnosed: Diagnosis, tmp_path: Pat
     assert read_model(path) == model
     assert model.verdict == diagnosed.verdict
     content = json.loads(path.read_text())
-    del content["verdict"], content["corners"]  # as earlier versions wrote it
+    assert content["rel_std"] == list(diagnosed.observations.rel_std)
+    del content["verdict"], content["corners"], content["rel_std"]  # as earlier versions wrote it
     path.write_text(json.dumps(content))
-    assert read_model(path) == model.model_copy(update={"verdict": None, "corners": ()})
+    assert read_model(path) == model.model_copy(update={"verdict": None, "corners": (), "rel_std": None})
 
 
 def test_the_model_file_holds_what_was_known_and_steps_as_fine_as_any_explanation(

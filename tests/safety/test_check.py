@@ -55,6 +55,23 @@ def test_factor_belongs_to_the_limit_and_not_to_the_force(checker: Checker) -> N
     assert a.force is not None and b.force is not None and b.force < a.force
 
 
+def test_the_standards_formula_is_for_a_body_that_recoils_and_the_lower_limit(checker: Checker) -> None:
+    masses = {"moving_mass": 20.0, "payload": 7.0}
+    free = checker(situation(**masses)).standard_speed
+    small = checker(situation(contact_area=0.3, **masses)).standard_speed  # 380 N/cm^2 of 0.3 cm^2
+    assert free is not None and small == pytest.approx(free * 114 / 300)
+    assert checker(situation(contact="quasi_static", **masses)).standard_speed is None
+
+
+def test_the_scatter_of_the_trials_counts() -> None:
+    gap = gap_model()
+    upper = [
+        Checker(of_diagnosis(gap.model_copy(update={"rel_std": scatter})))(situation(v=0.2, f=70.0)).upper
+        for scatter in (None, (0.005, 0.005), (0.05, 0.005))
+    ]
+    assert upper[0] == upper[1] and upper[2] > upper[1] + 0.5
+
+
 @pytest.mark.parametrize("name", ["Middle of forehead", "Temple", "Face", "skull and forehead"])
 @pytest.mark.parametrize("contact", ["transient", "quasi_static"])
 def test_head_and_face_are_never_allowed(checker: Checker, name: str, contact: str) -> None:

@@ -55,6 +55,9 @@ HEADER = SHIPPED.read_text().splitlines()[0]
         "Other,Head_front,130,130,2,2,150,4.4,,,,",
         "Other,EarLobes,65,110,2,2,75,4.4,,,,",
         "Other,Nose 2,65,110,2,2,75,4.4,,,,",
+        "Other,Unterkiefer links,65,110,2,2,75,4.4,,,,",
+        "Other,Zygomatic arch,65,110,2,2,75,4.4,,,,",
+        "Other,Scha\u0308deldach,65,110,2,2,75,4.4,,,,",
         "Other,Anything,65,110,2,2,75,4.4,2,,,",  # the number of the standard's temple
     ],
 )

@@ -82,6 +82,8 @@ def _pressure(a: "Answer") -> str:
 
 def _standard(a: "Answer") -> str:
     if a.standard_speed is None:
+        if a.situation.contact != "transient":
+            return "not computed: it is for a body that can recoil"
         return "not computed: it needs --robot-mass-kg and --payload-kg"
     return f"v_max = {a.standard_speed:.2f} m/s (without flange, pad and pretension)"
 

@@ -53,13 +53,13 @@ def of_diagnosis(
 ) -> ContactModel:
     """The corrected model of a diagnosis, the explanations beside it, and the fit's covariance.
 
-    `relative_std`: of v_e and f_p about their commanded values; a data set's default where it is not given. `which`:
+    `relative_std`: of v_e and f_p about their commanded values; where it is not given the trials', and a data set's
+    default for files of earlier versions. `which`:
     the paper's model instead, at the rig's prior values or refitted; neither knows what it misses.
     """
     usual = Measurement()
-    given = {"v_e": usual.contact_velocity_rel_std, "f_p": usual.pretension_rel_std} | dict(
-        relative_std or {}
-    )
+    of_trials = model.rel_std or (usual.contact_velocity_rel_std, usual.pretension_rel_std)
+    given = dict(zip(IMPACT, of_trials, strict=True)) | dict(relative_std or {})
     chosen: Saved = getattr(model, which)
     is_corrected = which == "corrected"
     effects = chosen.effects

@@ -37,6 +37,7 @@ def _in_order(value: tuple[float, float]) -> tuple[float, float]:
 
 
 Condition = tuple[Annotated[Finite, Field(ge=0)], Annotated[Finite, Field(ge=0)]]  # v_E in m/s, F_P in N
+Spread = Annotated[Finite, Field(ge=0, le=1)]
 Between = Annotated[tuple[Finite, Finite], AfterValidator(_in_order)]
 
 
@@ -73,6 +74,9 @@ class GapModel(BaseModel):
     f_p_range: Between  # N, pretensions of the trials
     verdict: Verdict | None = None  # of the diagnosis; files of earlier versions have none
     corners: tuple[Condition, ...] = ()  # of the region that the trials enclose; earlier versions have none
+    rel_std: tuple[Spread, Spread] | None = (
+        None  # of velocity and pretension, trial to trial; as with corners
+    )
 
 
 def variant(fitted: Fit, probability: float) -> Variant:
@@ -121,6 +125,7 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         v_range=(float(o.v_e.min()), float(o.v_e.max())),
         f_p_range=(float(o.f_p.min()), float(o.f_p.max())),
         corners=_corners(o.v_e, o.f_p),
+        rel_std=o.rel_std,
         verdict=cast(Verdict, d.verdict),
     )
 

@@ -37,7 +37,9 @@ class Answer(NamedTuple):
     force_limit: float | None  # N
     pressure: float | None  # N/cm^2, upper force over the area; None: not decided
     pressure_limit: float | None  # N/cm^2
-    standard_speed: float | None  # m/s, v_max of the standard's formula; None: its masses are not given
+    standard_speed: (
+        float | None
+    )  # m/s, v_max of the standard's formula; None: clamped, or its masses are not given
     decided_by: str  # surrogate, exact model, simulation, rule
 
 
@@ -134,7 +136,7 @@ class Checker:
         verdict: Verdict = "not decidable"
         if not reasons:
             verdict, reasons = self._judge(s, area, found, force_limit, pressure_limit)
-        speed = standard_speed(s, area, force_limit)
+        speed = standard_speed(s, area, _lowest_limit(s, force_limit, pressure_limit))
         force, above = (found.force, found.upper) if found.has_peak else (None, None)
         pressure = above / s.contact_area if above is not None and s.contact_area else None
         cautions = (*self.cautions, area.caution) if area.caution else self.cautions
@@ -224,8 +226,8 @@ def _severity(a: Answer) -> tuple[int, float]:
 
 
 def standard_speed(s: Situation, area: BodyArea, force_limit: float) -> float | None:
-    """v_max of the standard's formula, where the robot's masses are given."""
-    if s.moving_mass is None or s.payload is None:
+    """v_max of the standard's formula, where the robot's masses are given; it is for a body that can recoil."""
+    if s.contact != "transient" or s.moving_mass is None or s.payload is None:
         return None
     mass = standard.robot_mass(s.moving_mass, s.payload)
     return standard.highest_speed(force_limit, area.stiffness, area.mass, mass)

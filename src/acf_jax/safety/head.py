@@ -2,21 +2,37 @@
 
 import functools
 import re
+import unicodedata
 
 # the standard's areas of skull, forehead and face
 NUMBERS = ("1", "2", "3")
 STEMS = (
+    "augen",
     "crani",
     "facial",
     "forehead",
+    "frontal",
     "gesicht",
+    "hinterhaupt",
+    "jochbein",
+    "kiefer",
     "kopf",
     "masseter",
     "mastic",
+    "maxill",
+    "nasal",
+    "nasen",
+    "occip",
+    "ohrl",
+    "parietal",
     "schädel",
     "schaedel",
+    "schläfe",
+    "schlaefe",
     "skull",
     "stirn",
+    "wange",
+    "zygom",
 )
 WORDS = re.compile(
     r"(head|temple|scalp|face|jaw|mandible|eye|eyelid|eyebrow|eyeball|brow|nose|nostril|ear|earlobe|cheek|cheekbone|chin"
@@ -31,7 +47,7 @@ def is_of_head(*texts: str) -> bool:
     Rather a word too many, such as the head of a bone, than one too few.
     """
     parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", " ".join(texts))
-    words = re.findall(r"[^\W\d_]+", parted.lower())
+    words = re.findall(r"[^\W\d_]+", unicodedata.normalize("NFC", parted).lower())
     is_numbered = any(text in NUMBERS for text in texts)
     return is_numbered or any(_names_it(word) for word in words)
 
