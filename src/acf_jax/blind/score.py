@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from acf_jax.blind.answer import Answer, Failed, Said, read_said
+from acf_jax.blind.answer import Answer, Failed, Said
 from acf_jax.blind.plan import WEAK
 from acf_jax.dataset import read_conditions, read_dataset
 from acf_jax.dataset.table import read_table
@@ -24,13 +24,13 @@ COMPARABLE = (  # the rig's own constants mean the same in every world
 )
 
 
-def score_one(data: Path, result: Path, answer: Answer) -> dict[str, Any]:
+def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> dict[str, Any]:
     """The row of one data set.
 
     Arguments:
-        data: the data set. result: its diagnosis. answer: `effects`, and what else is known.
+        data: the data set. result: the folder of its diagnosis. said: what is scored of it. answer: `effects`, and
+            what else is known.
     """
-    said = read_said(result)
     named = sorted(answer.effects)
     outside = answer.outside_library or any(name not in library() for name in named)
     withheld = answer.withheld

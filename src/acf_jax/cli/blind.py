@@ -124,13 +124,13 @@ def _score(folder: Path, results: Path, where: "Where", as_json: bool) -> None:
         click.echo(f"answers sealed, SHA-256 {digest}")
     with counts() as report:
         names = diagnose_all(folder, results, where, report)
-    for name in names:
-        read_said(results / name)  # a damaged diagnosis can be made again until the answers are opened
+    # before the answers are opened, since until then a damaged diagnosis can be made again
+    said = {name: read_said(results / name) for name in names}
     answers = open_answers(folder, results, names)
     start_jax()
     from acf_jax.blind.score import score_one
 
-    rows = [score_one(folder / name, results / name, answers[name]) for name in names]
+    rows = [score_one(folder / name, results / name, said[name], answers[name]) for name in names]
     summary = summarise(rows)
     content = {"score": summary, "rows": rows}
     write_text(results / "score.json", json.dumps(content, indent=1) + "\n")

@@ -54,8 +54,8 @@ def of_diagnosis(
     """The corrected model of a diagnosis, the explanations beside it, and the fit's covariance.
 
     `relative_std`: of v_e and f_p about their commanded values; where it is not given the trials', and a data set's
-    default for files of earlier versions. `which`:
-    the paper's model instead, at the rig's prior values or refitted; neither knows what it misses.
+    default for files of earlier versions. `which`: the paper's model instead, at the rig's prior values or refitted;
+    neither knows what it misses.
     """
     usual = Measurement()
     of_trials = model.rel_std or (usual.contact_velocity_rel_std, usual.pretension_rel_std)

@@ -101,10 +101,11 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     ]
     traces = [trace for trace, _ in sound]
     approach = fit_noise(traces, stated)
-    noise = _choose_noise(dataset, approach, sound)
+    least = _error_of_steps(sound)
+    noise = _choose_noise(dataset, approach, sound, least)
     constant = zip(sound, constant_approaches(traces), strict=True)
     still = [look.name for (_, look), is_still in constant if is_still and look.approach]
-    of_noise = _noise_warnings(dataset, noise, approach, still, _error_of_steps(sound))
+    of_noise = _noise_warnings(dataset, noise, approach, still, least)
     warnings = shared + of_noise + _trial_warnings(together, excluded, noise)
     return Quality(noise, tuple(together), excluded, tuple(warnings))
 
@@ -168,21 +169,20 @@ def _exclude(
 
 
 def _choose_noise(
-    dataset: GapDataset, approach: Noise | None, sound: list[tuple[Trace, TrialQuality]]
+    dataset: GapDataset, approach: Noise | None, sound: list[tuple[Trace, TrialQuality]], least: float
 ) -> Noise:
     """The stated size with the estimated colour; without either, what differences and the peaks allow.
 
-    No estimate is below what readings in steps err by; a stated size is kept.
+    No estimate is below `least`, by which readings in steps err; a stated size is kept.
     """
-    differences = _differences(approach, sound)
+    usable = approach if approach and approach.std > 0.0 else None
+    differences = None if usable else _differences(approach, sound)
     told = approach or differences
     stated = dataset.measurement.force_noise_std_n
     if stated is not None:
         if told is None:
             return Noise(stated, source="stated")
         return replace(told, std=stated, source="stated")
-    least = _error_of_steps(sound)
-    usable = approach if approach and approach.std > 0.0 else None
     for found in (usable, differences, _repeats(dataset), _assumed(dataset)):
         if found and (std := max(found.std, least)) > 0.0:
             return replace(found, std=std, offset=told.offset if told else 0.0)

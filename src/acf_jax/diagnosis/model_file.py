@@ -74,9 +74,7 @@ class GapModel(BaseModel):
     f_p_range: Between  # N, pretensions of the trials
     verdict: Verdict | None = None  # of the diagnosis; files of earlier versions have none
     corners: tuple[Condition, ...] = ()  # of the region that the trials enclose; earlier versions have none
-    rel_std: tuple[Spread, Spread] | None = (
-        None  # of velocity and pretension, trial to trial; as with corners
-    )
+    rel_std: tuple[Spread, Spread] | None = None  # of v_E and F_P, trial to trial; earlier versions have none
 
 
 def variant(fitted: Fit, probability: float) -> Variant:

@@ -59,7 +59,9 @@ def predict(
     runs = [_run(model, v, v_e, f_p) for v in (main, *others)]
     weights = np.array([max(v.probability, 1e-9) for v in (main, *others)])
     weights /= weights.sum()
-    predictions = [_one(model, which, runs, weights, i, rate) for i in range(len(v_e))]
+    mechanical = _without_sensor(main)
+    at_contact = runs[0] if mechanical.effects == main.effects else _run(model, mechanical, v_e, f_p)
+    predictions = [_one(model, which, runs, at_contact, weights, i, rate) for i in range(len(v_e))]
     if which == "corrected" and runs[0].diverges.any():
         instead = predict(model, v_e, f_p, "recalibrated", sample_rate)
         predictions = [
@@ -90,10 +92,6 @@ class _Run(NamedTuple):
     covariance: np.ndarray
     delay: float  # s, of the reading
     diverges: np.ndarray  # (trials,) bool
-    at_contact: (
-        Forces  # the same impacts without the sensor's effects, which leave the contact force as it is,
-    )
-    kept: np.ndarray  # and which of the parameters remain
 
 
 def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
@@ -108,22 +106,35 @@ def _run(model: GapModel, v: Variant, v_e: np.ndarray, f_p: np.ndarray) -> _Run:
     forces = Forces(np.where(sound, forces.contact, 0.0), np.where(sound[:, None], forces.rows, 0.0))
     ends = [phase_end(s, c) for s, c in zip(forces.sensed, forces.contact, strict=True)]
     diverges = np.array([not all(ok[: end + 1]) for ok, end in zip(sound, ends, strict=True)])
-    mechanical = tuple(name for name in v.effects if component_of(name) != "sensor")
-    left = {name for name, _ in parameters(mechanical)}
-    kept = np.array([name in left for name in v.names])
-    at_contact = forces if kept.all() else forward(mechanical, theta[kept], v_e, f_p, grid, reach)
-    return _Run(forces, grid, np.array(v.covariance), v.delay_s, diverges, at_contact, kept)
+    return _Run(forces, grid, np.array(v.covariance), v.delay_s, diverges)
+
+
+def _without_sensor(v: Variant) -> Variant:
+    """The same explanation without the sensor's effects, which leave the contact force as it is."""
+    effects = tuple(name for name in v.effects if component_of(name) != "sensor")
+    left = {name for name, _ in parameters(effects)}
+    kept = [k for k, name in enumerate(v.names) if name in left]
+    return v.model_copy(
+        update={
+            "effects": effects,
+            "names": tuple(v.names[k] for k in kept),
+            "theta": tuple(v.theta[k] for k in kept),
+            "covariance": tuple(tuple(v.covariance[k][j] for j in kept) for k in kept),
+            "delay_s": 0.0,
+        }
+    )
 
 
 def _one(
     model: GapModel,
     which: Which,
     runs: list[_Run],
+    at_contact: _Run,
     weights: np.ndarray,
     i: int,
     rate: float,
 ) -> Prediction:
-    forces, grid, covariance, delay, _, at_contact, kept = runs[0]
+    forces, grid, _, delay, _ = runs[0]
     end = min(LONGEST, (phase_end(forces.sensed[i], forces.contact[i]) - 1) * grid.h)
     time = np.arange(int(np.floor(end * rate + 1e-9)) + 1) / rate
     # when the sensor saw what it reads: at first contact it has seen nothing, however early it seemed to read
@@ -143,8 +154,7 @@ def _one(
     sound = weights * [not run.diverges[i] for run in runs]
     sound = sound / max(sound.sum(), 1e-9)
     between = sound @ (peaks - sound @ peaks) ** 2
-    own = _variance(forces, i, read[top], grid, covariance)
-    own_contact = _variance(at_contact, i, tops[0][1][1], grid, covariance[np.ix_(kept, kept)])
+    own, own_contact = _variance(runs[0], i, read[top]), _variance(at_contact, i, tops[0][1][1])
     form = model.peak_form_error if which == "corrected" else 0.0
     sensed_peak, contact_peak = float(force[top]), tops[0][1][0]
     return Prediction(
@@ -159,8 +169,8 @@ def _one(
     )
 
 
-def _variance(forces: Forces, i: int, time: float, grid: Grid, covariance: np.ndarray) -> float:
+def _variance(run: _Run, i: int, time: float) -> float:
     """Of the force that impact i reads at a time, N^2, by the covariance of the parameters."""
-    there = at_times(forces.tangents[i], np.array([time]), grid.h, forces.contact[i])
-    slope = there[: len(covariance), 0]
-    return max(0.0, float(slope @ covariance @ slope))
+    there = at_times(run.forces.tangents[i], np.array([time]), run.grid.h, run.forces.contact[i])
+    slope = there[: len(run.covariance), 0]
+    return max(0.0, float(slope @ run.covariance @ slope))

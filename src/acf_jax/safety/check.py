@@ -37,9 +37,7 @@ class Answer(NamedTuple):
     force_limit: float | None  # N
     pressure: float | None  # N/cm^2, upper force over the area; None: not decided
     pressure_limit: float | None  # N/cm^2
-    standard_speed: (
-        float | None
-    )  # m/s, v_max of the standard's formula; None: clamped, or its masses are not given
+    standard_speed: float | None  # m/s, by the standard's formula; None: clamped, or no masses are given
     decided_by: str  # surrogate, exact model, simulation, rule
 
 
@@ -129,14 +127,13 @@ class Checker:
 
     def _of_area(self, s: Situation, area: BodyArea, known: dict[tuple[Body, str], Inferred]) -> Answer:
         force_limit, pressure_limit = limits_of(area, s.contact)
-        found, way = self._infer(
-            s, body_of(area, s.contact), _lowest_limit(s, force_limit, pressure_limit), known
-        )
+        lowest = _lowest_limit(s, force_limit, pressure_limit)
+        found, way = self._infer(s, body_of(area, s.contact), lowest, known)
         reasons = self._unanswered(s, found)
         verdict: Verdict = "not decidable"
         if not reasons:
             verdict, reasons = self._judge(s, area, found, force_limit, pressure_limit)
-        speed = standard_speed(s, area, _lowest_limit(s, force_limit, pressure_limit))
+        speed = standard_speed(s, area, lowest)
         force, above = (found.force, found.upper) if found.has_peak else (None, None)
         pressure = above / s.contact_area if above is not None and s.contact_area else None
         cautions = (*self.cautions, area.caution) if area.caution else self.cautions

@@ -36,7 +36,7 @@ STEMS = (
 )
 WORDS = re.compile(
     r"(head|temple|scalp|face|jaw|mandible|eye|eyelid|eyebrow|eyeball|brow|nose|nostril|ear|earlobe|cheek|cheekbone|chin"
-    r"|mouth|lip|tooth|teeth|tongue|schläfe|schlaefe|auge|nase|ohr|kiefer|kinn|mund|lippe|zahn|wange)(s|es|n|en)?"
+    r"|mouth|lip|tooth|teeth|tongue|auge|nase|ohr|kinn|mund|lippe|zahn)(s|es|n|en)?"
 )
 
 
