@@ -14,6 +14,18 @@ NEW = {"added.json": b"new", "report.html": b"new", "traces/t000.csv": b"new"}
 MOVES = 6  # three files of the earlier run aside, three of this one into their places
 
 
+def test_a_link_to_another_file_system(tmp_path: Path) -> None:
+    """Renames stay within the folder that is there: what is beside it may lie elsewhere."""
+    there, link = tmp_path / "there", tmp_path / "links" / "out"
+    there.mkdir()
+    link.parent.mkdir()
+    link.symlink_to(there)
+    with whole_folder(link) as scratch:
+        assert scratch.resolve().is_relative_to(there)
+        (scratch / "a").write_text("new")
+    assert read_folder(there) == {"a": b"new"} and [p.name for p in link.parent.iterdir()] == ["out"]
+
+
 def write(folder: Path) -> None:
     with whole_folder(folder, ["traces/t001.csv", "traces/none.csv"]) as scratch:
         for name, content in NEW.items():

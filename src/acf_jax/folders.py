@@ -17,8 +17,11 @@ def whole_folder(target: Path, stale: Iterable[str] = ()) -> Iterator[Path]:
     Files that are in `target` already stay, but for those of the same names and for `stale`: what an earlier run left
     there, by paths in `target`. Neither Ctrl-C nor a fault in the middle leaves files of two runs side by side.
     """
+    target = target.resolve()
     target.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}."))
+    # beside a new folder, but within one that is there: it may be the root of another file system
+    beside = target if target.is_dir() else target.parent
+    scratch = Path(tempfile.mkdtemp(dir=beside, prefix=f".{target.name}."))
     new, old = scratch / "new", scratch / "old"
     try:
         new.mkdir()

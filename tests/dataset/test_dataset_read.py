@@ -233,6 +233,18 @@ def test_peaks_of_the_wrong_sign(folder):
     assert all("positive in compression" in fault for fault in faults)
 
 
+def test_traces_of_the_wrong_sign(folder):
+    """All or most of them; a single one is a faulty trial."""
+    traces = sorted((folder / "traces").glob("*.csv"))
+    scale(traces[0], 1, -1.0)
+    assert read_dataset(folder)
+    for trace in traces[1:]:
+        scale(trace, 1, -1.0)
+    (fault,) = faults_of(folder)
+    assert fault.startswith(f"{folder / 'trials.csv'}: force_n falls in contact, to -")
+    assert f"in {len(traces)} of {len(traces)} traces" in fault and "change the sign" in fault
+
+
 @pytest.mark.parametrize(
     ("column", "factor", "message"),
     [

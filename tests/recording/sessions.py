@@ -158,6 +158,12 @@ def write_bag(
         }
         return message("sensor_msgs/msg/JointState", header=header(t), name=["turn", "lift"], **both)
 
+    def arm_or_gripper(t, i):
+        if i % 3:
+            return joints(t, i)
+        of_one = {name: np.full(1, 9.0) for name in ("velocity", "position", "effort")}
+        return message("sensor_msgs/msg/JointState", header=header(t), name=["gripper"], **of_one)
+
     def transforms(t, i):
         def of(frame, value):
             still = message("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0)
@@ -175,6 +181,7 @@ def write_bag(
         "twist": ("geometry_msgs/msg/TwistStamped", twist),
         "pose": ("geometry_msgs/msg/PoseStamped", pose),
         "joints": ("sensor_msgs/msg/JointState", joints),
+        "two_publishers": ("sensor_msgs/msg/JointState", arm_or_gripper),
         "transforms": ("tf2_msgs/msg/TFMessage", transforms),
     }
     name, speak = robots[speed]

@@ -11,7 +11,7 @@ from sessions import APART, Made, made
 from acf_jax.errors import InputError
 from acf_jax.recording import Session, find_impacts
 from acf_jax.recording.contacts import find_contacts
-from acf_jax.recording.cut import group
+from acf_jax.recording.cut import group, spread
 from acf_jax.recording.mapping import Contacts
 from acf_jax.recording.series import Series
 from acf_jax.recording.velocity import Estimate, velocity_at
@@ -54,6 +54,23 @@ def test_onset_of_a_force_that_climbs_from_zero():
     _, found = find_contacts(Series(time, force), Contacts(), "force")
     late = np.array([contact.begin for contact in found]) - begins
     assert len(found) == 8 and np.abs(late).max() < 2 * SAMPLE and np.abs(late.mean()) < SAMPLE
+
+
+@pytest.mark.parametrize("rate, std", [(50e3, 1.0), (100e3, 0.1), (100e3, 1.0)])
+def test_onset_of_a_slow_climb_sampled_fast(rate, std):
+    """A half-sine hump: hundreds of samples lie between first contact and a force that is clear."""
+    rng = np.random.default_rng(5)
+    time = np.arange(0.0, 1.6, 1 / rate)
+    begins = [0.4, 0.8, 1.2]
+    force = rng.normal(0.0, std, time.size)
+    omega = np.sqrt(1.5e5 / 4.8)
+    for begin, v in zip(begins, (0.05, 0.1, 0.2), strict=True):
+        force += (
+            1.5e5 * v / omega * np.clip(np.sin(omega * np.clip(time - begin, 0.0, np.pi / omega)), 0.0, None)
+        )
+    _, found = find_contacts(Series(np.rint(1e9 * time).astype(np.int64), force), Contacts(), "force")
+    late = [1e-9 * contact.begin - begin for contact, begin in zip(found, begins, strict=True)]
+    assert np.abs(late).max() < 2.5e-4, late
 
 
 def test_spikes_and_chatter_are_no_contacts():
@@ -110,6 +127,67 @@ def test_velocity_of_held_values():
         repeated = velocity_at(Series(session.time, session.velocity[held]), False, begin)
         assert repeated.value == pytest.approx(v, abs=4 * repeated.std)
         assert 0.3 < repeated.std / own.std < 3.0
+
+
+@pytest.mark.parametrize("rate", [125.0, 1000.0])
+@pytest.mark.parametrize("steady", [0.0, 0.1, 0.3])
+def test_velocity_that_is_commanded(rate, steady):
+    """A ramp from rest to 0.1 m/s in 0.1 s, steady for a while: equal values are not all repeats of a held one."""
+    time = np.arange(-1.0, 0.0, 1 / rate)
+    value = np.clip(0.1 + (time + steady) * 1.0, 0.0, 0.1)
+    found = velocity_at(Series(np.rint(1e9 * time).astype(np.int64), value), False, 0)
+    assert found.value == pytest.approx(0.1, abs=max(3 * found.std, 2e-4))
+    assert found.std < 5e-3
+
+
+def test_velocity_that_never_changes_is_known_well():
+    series = Series(np.arange(-1_000_000_000, 0, 8_000_000), np.full(125, 0.1))
+    assert velocity_at(series, False, 0).std == pytest.approx(1e-4)
+
+
+def test_velocity_in_coarse_steps():
+    """Read to 1 mm/s with 0.2 mm/s of noise: most neighbours are equal, and all of them count."""
+    rng = np.random.default_rng(3)
+    time = np.arange(-1_000_000_000, 0, 8_000_000)
+    found = []
+    for _ in range(40):
+        value = np.round(0.1234 + rng.normal(0.0, 2e-4, time.size), 3)
+        found.append(velocity_at(Series(time, value), False, 0).value)
+    assert np.mean(found) == pytest.approx(0.1234, abs=5e-4)
+
+
+def test_scatter_is_that_of_the_impacts():
+    """Not how uncertain each is, nor that of a pretension next to nothing."""
+    rng = np.random.default_rng(2)
+    groups = np.repeat([0.05, 0.2, 0.35], 30)
+    true = groups * (1 + 0.004 * rng.normal(size=groups.size))
+    measured = [Estimate(v + 1e-3 * rng.normal(), 1e-3) for v in true]
+    assert spread(measured, groups) == pytest.approx(0.004, rel=0.5)
+    pretensions = [Estimate(v, 0.03) for v in (0.3, 0.1, 0.4, 0.2, 60.1, 59.9, 60.2, 59.8)]
+    found = spread(pretensions, np.repeat([0.25, 60.0], 4))
+    assert found == pytest.approx(0.003, abs=1e-3)
+
+
+def test_a_pretension_of_nothing_may_read_a_little_below(tmp_path):
+    few = made(0, tuple((v, p) for p in (0.0, 60.0) for v in (0.1, 0.2, 0.3) for _ in range(2)))
+    read = few.pretension + np.random.default_rng(1).normal(0.0, 0.3, few.beats.size) - 0.1
+    robot, preload = Series(few.beats, few.velocity), Series(few.beats, read)
+    session = Session(tmp_path, series(few), robot, False, preload, {"force": "f"}, ())
+    found = find_impacts(session, Contacts(), None)
+    conditions = {cut.condition[1] for cut in found.kept}
+    assert min(cut.pretension.value for cut in found.kept) < 0.0 and min(conditions) == 0.0
+    assert found.pretension_spread is None or found.pretension_spread < 0.01
+
+
+@pytest.mark.parametrize("after", [5e-4, 1e-3])
+def test_a_recording_that_ends_within_an_impact(tmp_path, after):
+    few = made(0)
+    end = int(np.searchsorted(few.time, few.contacts[-1] + round(1e9 * after)))
+    robot, preload = Series(few.beats, few.velocity), Series(few.beats, few.pretension)
+    force = Series(few.time[:end], few.force[:end])
+    session = Session(tmp_path, force, robot, False, preload, {"force": "f"}, ())
+    cut = find_impacts(session, Contacts(), None).cuts[-1]
+    assert not cut.keep and "while the force rises" in cut.remarks[-1]
 
 
 def test_conditions_are_those_of_their_repeats():

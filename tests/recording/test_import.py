@@ -1,5 +1,6 @@
 """Recordings of every kind, written by their libraries and read back: the known impacts come out as they went in."""
 
+import csv
 import json
 import re
 import sys
@@ -217,10 +218,13 @@ def test_without_a_rig_there_is_a_template(tmp_path):
     with pytest.raises(InputError, match=r"rig.moving_mass_kg.value': must be a number"):
         read_dataset(tmp_path / "set")
     description = tmp_path / "set/dataset.yaml"
-    filled = RIG + "measurement:\n" + description.read_text().partition("measurement:\n")[2]
-    description.write_text(f"schema: acf-gap-dataset/1\n{filled}")
+    stated = "measurement: {force_noise_std_n: 1.5, contact_velocity_rel_std: 0.2}\n"
+    description.write_text(f"schema: acf-gap-dataset/1\ndescription: flange 2\n{RIG}{stated}")
     assert run(path, "--out", tmp_path / "set").exit_code == 0  # keeps what was filled in
     assert read_dataset(tmp_path / "set").rig.m == Prior(2.1, 0.04)
+    again = yaml.safe_load(description.read_text())
+    assert again["description"] == "flange 2" and again["measurement"]["force_noise_std_n"] == 1.5
+    assert again["measurement"].get("contact_velocity_rel_std", 0.0) < 0.02  # measured anew
     half = description.read_text().replace("value: 2.1", "value: two")
     description.write_text(half)
     assert "rig.moving_mass_kg.value" in str(run(path, "--out", tmp_path / "set").exception)
@@ -279,7 +283,7 @@ def with_columns(tmp_path, **changes) -> Path:
         ({"pretension_n": lambda p: 0.001 * p}, "in kN"),
         ({"time_s": lambda t: 1e3 * t}, "if its times are in ms, set time_scale"),
         ({"time_s": lambda t: 1e-4 * t}, "beyond any sensor"),
-        ({"time_s": lambda t: t[::-1]}, "time steps back .* are strung together: cut"),
+        ({"time_s": lambda t: t[::-1]}, "time steps back .* recordings are strung together: cut"),
         ({"time_s": lambda t: t + 3e-4 * np.sin(np.arange(t.size) * 2.5)}, "stamps jitter: name the times"),
         ({"time_s": lambda t: np.round(t)}, "repeat the time of another"),
         ({"force_n": lambda f: np.where(f > 50.0, np.inf, f)}, "not finite numbers"),
@@ -289,6 +293,71 @@ def test_units_and_signs_are_named(tmp_path, changes, message):
     path = with_columns(tmp_path, **changes)
     said = refused(tmp_path, path)
     assert re.search(message, said), said
+
+
+def test_recordings_strung_together_are_named(tmp_path):
+    """One step back in thousands of samples, small or large, is no late sample."""
+    table = columns(session())
+    for shift in (0.0, 2.0):
+        twice = {name: np.r_[column, column] for name, column in table.items()}
+        twice["time_s"] = np.r_[table["time_s"], table["time_s"] + shift]
+        np.savez(tmp_path / "log.npz", **twice)
+        said = refused(tmp_path, tmp_path / "log.npz")
+        assert f"before sample {table['time_s'].size + 1}: the clock was reset or recordings" in said
+
+
+def test_a_sensor_that_was_never_tared(tmp_path):
+    """Its peaks may read below zero: they stay in the traces, and the data set is one that can be read."""
+    table = columns(made(3, FEW, offset=-400.0))
+    np.savez(tmp_path / "log.npz", **table)
+    (tmp_path / "rig.yaml").write_text(RIG)
+    done = run(tmp_path / "log.npz", "--out", tmp_path / "set", "--rig", tmp_path / "rig.yaml")
+    assert done.exit_code == 0 and "tare: true" in done.output
+    assert all(trial.peak_force is None for trial in read_dataset(tmp_path / "set").trials)
+
+
+def test_cuts_that_are_moved_earlier(tmp_path):
+    """A cut that is moved is still that contact: it ends and peaks where it did."""
+    path, _ = as_npy(tmp_path)
+    review = tmp_path / "cuts.yaml"
+    assert run(path, "--out", tmp_path / "set", "--review", review).exit_code == 0
+    before = read_trials(tmp_path / "set")
+    document = yaml.safe_load(review.read_text())
+    for entry in document["cuts"]:
+        entry["contact_s"] = round(entry["contact_s"] - 5e-4, 9)
+    review.write_text(yaml.safe_dump(document))
+    done = run(path, "--out", tmp_path / "set", "--review", review)
+    assert done.exit_code == 0 and "doubtful" not in done.output, done.output
+    assert [row["peak_force_n"] for row in read_trials(tmp_path / "set")] == [
+        row["peak_force_n"] for row in before
+    ]
+
+
+def read_trials(folder: Path) -> list[dict[str, str]]:
+    with (folder / "trials.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_parquet_that_arrow_cannot_turn(tmp_path):
+    need_module("pyarrow", "pip install 'acf-jax[parquet]'")
+    import pyarrow
+    from pyarrow import parquet
+
+    table = columns(session())
+    late = pyarrow.array([2**55, None], pyarrow.timestamp("ms"))
+    names = ["timestamp", "force_n", "velocity_m_per_s", "pretension_n"]
+    few = [late, *(pyarrow.array(table[name][:2]) for name in names[1:])]
+    parquet.write_table(pyarrow.table(few, names=names), tmp_path / "late.parquet")
+    assert "cannot be read" in refused(tmp_path, tmp_path / "late.parquet")
+    names[2] = "force_n"
+    parquet.write_table(pyarrow.table(few, names=names), tmp_path / "twice.parquet")
+    assert "column 'force_n': is there twice" in refused(tmp_path, tmp_path / "twice.parquet")
+
+
+def test_the_time_column_counts_in_a_list(tmp_path):
+    table = columns(session())
+    np.savez(tmp_path / "log.npz", stamp0=table.pop("time_s"), **table)
+    assert "force_n" in run(tmp_path / "log.npz", "--list", "--time", "stamp0").output
 
 
 def test_a_scale_mends_a_unit(tmp_path):
@@ -316,6 +385,20 @@ def test_what_has_to_be_named_is_listed(tmp_path):
     assert "is not a number" in refused(tmp_path, bag, "--force", "/ft/wrench:wrench.force")
     joints = write_bag(tmp_path / "joints", session(), "mcap", speed="joints")
     assert "velocity[NAME]: 'turn', 'lift'" in refused(tmp_path, joints)
+
+
+def test_joints_of_two_publishers(tmp_path):
+    """Messages without the joint are passed over; without a name, or with a wrong one, the joints are listed."""
+    bag = write_bag(tmp_path / "bag", session(), "mcap", speed="two_publishers")
+    arm = read_session(bag, Mapping.model_validate({"velocity": "/robot/state:velocity[lift]"}))
+    others = np.arange(session().beats.size) % 3 != 0
+    assert np.array_equal(arm.speed.value, session().velocity[others])
+    both = "'gripper', 'lift', 'turn'"
+    assert f"has no joint 'left'; name one of {both}" in refused(
+        tmp_path, bag, "--velocity", "/robot/state:velocity[left]"
+    )
+    first = "/robot/state:velocity[0]"
+    assert f"name one as velocity[NAME]: {both}" in refused(tmp_path, bag, "--velocity", first)
 
 
 def test_faults_of_mapping_and_review_come_together(tmp_path):

@@ -60,7 +60,7 @@ def command(
     from acf_jax.recording.readers import open_recording
 
     if listed:
-        with closing(open_recording(recording)) as opened:
+        with closing(open_recording(recording, signals["time"])) as opened:
             channels = opened.channels()
         shown = [{"name": c.name, "type": c.type, "count": c.count} for c in channels]
         if as_json:

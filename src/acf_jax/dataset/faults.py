@@ -9,8 +9,10 @@ from acf_jax.dataset.phase import ImpactPhase
 from acf_jax.dataset.trials import Array, Trace, Trial
 
 
-def trace_faults(trial: Trial, phase: ImpactPhase | None, noise_std: float) -> list[str]:
+def trace_faults(trial: Trial, phase: ImpactPhase | None, noise_std: float, offset: float = 0.0) -> list[str]:
     """Why the trace of a trial is not to be trusted, in plain words; empty when nothing speaks against it.
+
+    `offset`: what the unloaded sensor reads, N.
 
     Every test is against what the rest of the same trace does, so that ringing, which all samples share,
     is no fault.
@@ -18,7 +20,7 @@ def trace_faults(trial: Trial, phase: ImpactPhase | None, noise_std: float) -> l
     trace = trial.trace
     if trace is None:
         return []
-    if phase is None or phase.peak_force < 0.3 * trial.pretension:
+    if phase is None or phase.peak_force - offset < 0.3 * trial.pretension:
         return ["no impact is seen in its trace (dead sensor or cable?)"]
     # A handful of samples has no shape to judge.
     tests = (clipping, stuck, dropout, spike) if phase.stop - phase.start >= 6 else ()

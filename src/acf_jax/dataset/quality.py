@@ -65,9 +65,10 @@ def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> 
     approach = look_at_approach(trace)
     own = approach.noise_std if approach else 0.0
     std = own if noise_std is None else noise_std
-    phase = find_impact(trace, std, impact_time, approach.offset if approach else 0.0)
+    offset = approach.offset if approach else 0.0
+    phase = find_impact(trace, std, impact_time, offset)
     rate = 1.0 / float(np.median(np.diff(trace.time)))
-    faults = trace_faults(trial, phase, std)
+    faults = trace_faults(trial, phase, std, offset)
     return TrialQuality(
         trial.name, approach, phase, rate, quantisation_step(trace.force), None, tuple(faults)
     )

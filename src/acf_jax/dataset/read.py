@@ -109,6 +109,8 @@ def _read_trials(folder: Path, rig: RigPrior, faults: list[str]) -> list[Trial]:
         if fault:
             table.fault("", fault)
     traces, of_traces = _read_traces(table, rows, rig)
+    if fault := units.sign_fault(list(traces.values())):
+        table.fault("", fault)
     faults += table.shown_faults() + of_traces
     return [replace(trial, trace=traces.get(row.number)) for row, trial in rows if trial]
 

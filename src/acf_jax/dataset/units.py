@@ -5,6 +5,7 @@ The limits leave at least a factor of five around rigs seen in practice (0.5 to 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,6 +90,28 @@ def force_fault(trace: Trace, expected: float) -> str | None:
     if typical > _FAR * expected and typical > 2e4:
         return f"force_n reaches {typical:.3g} N, not about {expected:.3g} N; if in mN, divide by 1000"
     return None
+
+
+def sign_fault(traces: Sequence[Trace]) -> str | None:
+    """Why the traces as a whole cannot count positive in compression; None when they can."""
+    turned = [trace for trace in traces if _falls(trace)]
+    if 2 * len(turned) <= len(traces):
+        return None
+    least = min(float(trace.force.min()) for trace in turned)
+    return (
+        f"force_n falls in contact, to {least:.4g} N, in {len(turned)} of {len(traces)} traces; force counts positive"
+        " in compression: change the sign"
+    )
+
+
+def _falls(trace: Trace) -> bool:
+    """Whether the force clearly goes down in contact and hardly up, from what it reads before."""
+    before = trace.force[trace.time < 0.0]
+    rest = float(np.median(before)) if before.size else 0.0
+    noise = 1.4826 * float(np.median(np.abs(before - rest))) if before.size else 0.0
+    contact = np.sort(trace.force[trace.time >= 0.0]) - rest
+    down, up = -float(contact[2]), max(float(contact[-3]), 0.0)  # a spike of one or two samples is no contact
+    return down > max(3.0 * up, 20.0 * noise, 2.0)
 
 
 def peak_fault(value: float) -> str | None:

@@ -12,6 +12,7 @@ from acf_jax.recording.series import Array
 from acf_jax.recording.session import Session
 
 FASTEST = 2e6  # Hz, beyond any force sensor
+NOUGHT = 0.01  # of the largest pretension, that a sensor may read below none at all
 LEAST_SHARE = 0.4  # of the pretension that a first peak reaches at least
 FAR = 8.0  # a factor between peaks and those expected that no rig explains
 UNDECIDED = 1.5  # a factor within which two slips explain the same peaks as well
@@ -65,11 +66,13 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
             " state clock_offset_s if its clock is another"
         )
     pretensions = [cut.pretension.value for cut in cuts if np.isfinite(cut.pretension.value)]
+    none = [max(3.0 * cut.pretension.std, NOUGHT * max(pretensions)) for cut in cuts if pretensions]
+    negative = [cut.pretension.value for cut, n in zip(cuts, none, strict=False) if cut.pretension.value < -n]
     where = f"{session.path} {session.labels.get('pretension', '--pretension')}"
     if not pretensions:
         faults.append(f"{where}: has no value before any contact; give the pretension in N by --pretension")
-    elif min(pretensions) < 0.0:
-        faults.append(f"{where}: the pretension is {min(pretensions):.4g} N; put -1* before its name")
+    elif negative:
+        faults.append(f"{where}: the pretension is {min(negative):.4g} N; put -1* before its name")
     elif fault := units.PRETENSION.fault(max(pretensions)) or units.pretension_column_fault(pretensions):
         faults.append(f"{where}: {fault}")
     return faults

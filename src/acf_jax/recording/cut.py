@@ -20,6 +20,7 @@ GAP = 3.0  # sampling intervals between two samples: some are missing
 _FALLEN = 0.5  # of its rise that is gone after a contact at the latest
 _WIDEST = 3.0  # least gaps, from the smallest to the largest value of a condition
 _COMMANDED = 5e-4  # relative; no measured repeats agree better
+_SMALL = 0.05  # of the largest condition, below which a relative scatter says nothing
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,13 @@ def impact_peak(cut: Cut, impact_time: float, tared: bool) -> float | None:
     offset = 0.0 if tared else cut.contact.offset
     phase = find_impact(cut.trace, cut.contact.noise_std, impact_time, offset)
     return phase.peak_force if phase else None
+
+
+def ends_early(cut: Cut, impact_time: float) -> bool:
+    """Whether the trace is shorter than two impacts and at its highest where it ends: it still rises there."""
+    time, force = cut.trace.time, cut.force
+    last = time > max(time[-1] - 0.1 * impact_time, 0.0)
+    return bool(time[-1] < 2.0 * impact_time and force[last].max() >= force.max())
 
 
 def remarks(cut: Cut, typical_rise: float, step: float) -> list[str]:
@@ -118,13 +126,18 @@ def group(values: Sequence[Estimate], least: float = 0.02) -> Array:
 
 
 def spread(values: Sequence[Estimate], groups: Array) -> float | None:
-    """Relative standard deviation of values about their groups, three digits; None where they cannot tell.
+    """Relative standard deviation of what was measured about its groups, three digits; None where it cannot tell.
 
-    Without repeats nothing does, and repeats that are all the same were commanded rather than measured.
+    How uncertain each value is does not count as scatter. Without repeats nothing can tell, and repeats that are all
+    the same were commanded rather than measured.
     """
-    mean = np.array([v.value for v in values])
-    free = mean.size - np.unique(groups).size
-    if free < 3 or not np.all(groups > 0.0):
+    large = groups > _SMALL * groups.max()
+    mean = np.array([v.value for v in values])[large]
+    own = np.array([v.std for v in values])[large]
+    middle = groups[large]
+    free = middle.size - np.unique(middle).size
+    if free < 3:
         return None
-    found = float(np.sqrt((((mean - groups) / groups) ** 2).sum() / free))
+    variance = (((mean - middle) / middle) ** 2).sum() / free - ((own / middle) ** 2).mean()
+    found = float(np.sqrt(max(variance, 0.0)))
     return float(f"{found:.3g}") if found > _COMMANDED else None

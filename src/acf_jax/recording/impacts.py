@@ -53,7 +53,7 @@ def find_impacts(
     level, rises = find_contacts(session.force, options, where)
     found = first_impacts(session, rises, known.impact_time)
     named = [(f"t{i:03d}", contact, None) for i, contact in enumerate(found)]
-    chosen = named if review is None else _reviewed(session, found, review)
+    chosen = named if review is None else _reviewed(session, found, review, options.separation_s)
     cuts = measured(session, chosen, options, known.impact_time)
     if faults := condition_faults(session, [c for c in cuts if c.keep] or cuts):
         raise InputError(faults)
@@ -70,7 +70,7 @@ def find_impacts(
             " record more"
         )
     velocity, pretension = [c.velocity for c in kept], [c.pretension for c in kept]
-    v_e, f_p = group(velocity), group(pretension)
+    v_e, f_p = group(velocity), np.maximum(group(pretension), 0.0)
     conditions = iter(zip(v_e.tolist(), f_p.tolist(), strict=True))
     cuts = [replace(cut, condition=next(conditions)) if cut.keep else cut for cut in cuts]
     scatter = spread(velocity, v_e)
@@ -79,12 +79,17 @@ def find_impacts(
 
 
 def _reviewed(
-    session: Session, found: Sequence[Contact], review: Sequence[Entry]
+    session: Session, found: Sequence[Contact], review: Sequence[Entry], separation: float
 ) -> list[tuple[str, Contact, bool | None]]:
-    """The contacts at the times of the review, in order; a time that was found is that contact."""
+    """The contacts at the times of the review, in order; a time that was found is that contact.
+
+    Another time is that of the nearest contact which no entry names, within `separation`, s, or a new one.
+    """
     force = session.force
     step = sampling_interval(force)
     begins = np.array([contact.begin for contact in found])
+    times = np.array([int(force.time[0]) + round(1e9 * entry.contact_s) for entry in review])
+    left = [c for c in found if np.abs(times - c.begin).min(initial=_SAME + 1) > _SAME]
     chosen: list[tuple[str, Contact, bool | None]] = []
     for entry in sorted(review, key=lambda e: e.contact_s):
         begin = int(force.time[0]) + round(1e9 * entry.contact_s)
@@ -95,6 +100,9 @@ def _reviewed(
         first = min(int(np.searchsorted(force.time, begin)), force.time.size - 1)
         later = begins[begins > begin + 1e9 * step]
         end = int(np.searchsorted(force.time, later[0])) if later.size else force.time.size
+        moved = [c for c in left if abs(c.begin - begin) < 1e9 * separation]
+        if moved:
+            end = min(moved, key=lambda c: abs(c.begin - begin)).stop
         stop = max(min([c.stop for c in found if c.first <= first < c.stop] or [end]), first + 1)
         last = max([c.stop for c in found if c.stop <= first], default=0)
         own = contact_at(force, first, stop, last, step)

@@ -7,7 +7,7 @@ import numpy as np
 
 from acf_jax.recording.checks import LEAST_SHARE
 from acf_jax.recording.contacts import Contact, first_impact, sampling_interval
-from acf_jax.recording.cut import Cut, cut_trace, impact_peak, remarks
+from acf_jax.recording.cut import Cut, cut_trace, ends_early, impact_peak, remarks
 from acf_jax.recording.mapping import Contacts
 from acf_jax.recording.session import Session
 from acf_jax.recording.velocity import Estimate, pretension_at, velocity_at
@@ -48,6 +48,10 @@ def measured(
         why += ["no pretension was recorded before it"] if pretension is None else []
         peak = impact_peak(cut, impact_time, options.tare) if time.size > 3 else None
         why += ["no impact is seen in it"] if peak is None else []
+        if peak is not None and ends_early(cut, impact_time):
+            why.append(
+                f"its trace ends {1e3 * cut.trace.time[-1]:.3g} ms after contact, while the force rises"
+            )
         usable = velocity is not None and pretension is not None and time.size > 3
         cuts.append(
             replace(cut, keep=usable and (not why if keep is None else keep), peak=peak, remarks=tuple(why))

@@ -7,6 +7,7 @@ from acf_jax.recording.series import Array
 
 LEAST_APPROACH = 20  # samples, as a data set wants
 _OBVIOUS = 30.0  # standard deviations of the noise at which an onset needs no more samples
+_CANDIDATES = 60  # onsets that are compared at first; then those between the best and its neighbours
 _SAME = 3.0  # standard deviations of the noise that one level may seem to move
 
 
@@ -35,19 +36,38 @@ def onset_at(
     # a slow climb needs more samples than a jump to stand out of the noise
     clear = np.argmax(force[crossing : crossing + 4 * DEBOUNCE] > offset + _OBVIOUS * scale)
     end = min(crossing + max(int(clear), DEBOUNCE + 1), stop)
-    begin = max(approach, crossing - 10 * DEBOUNCE)
+    begin = max(approach, _last_quiet(force[approach:crossing], offset + scale) + approach - 10 * DEBOUNCE)
     rest = (force[begin:end] - offset) / scale
     quiet = np.r_[0.0, np.cumsum(rest**2)]
-    losses, slopes, heights = [], [], []
-    for k in range(crossing - begin + 1):
+
+    def climb(k: int) -> tuple[float, float, float]:
+        """Misfit of rest before sample k and a parabola from there on; the parabola's height and slope at k.
+
+        Where it would bend upwards a line takes its place: a parabola that does begins anywhere within the rest.
+        """
         x = np.arange(rest.size - k, dtype=float)
         fit = np.polynomial.polynomial.polyfit(x, rest[k:], min(2, x.size - 1))
-        losses.append(quiet[k] + float(((np.polynomial.polynomial.polyval(x, fit) - rest[k:]) ** 2).sum()))
-        heights.append(float(fit[0]))
-        slopes.append(float(fit[1]) if fit.size > 1 else 0.0)
-    best = int(np.argmin(losses))
-    share = heights[best] / slopes[best] if slopes[best] > 0.0 else np.inf
+        if fit.size > 2 and fit[2] > 0.0:
+            fit = np.polynomial.polynomial.polyfit(x, rest[k:], 1)
+        loss = quiet[k] + float(((np.polynomial.polynomial.polyval(x, fit) - rest[k:]) ** 2).sum())
+        return loss, float(fit[0]), float(fit[1]) if fit.size > 1 else 0.0
+
+    count = crossing - begin + 1
+    stride = -(-count // _CANDIDATES)
+    best = min(range(0, count, stride), key=lambda k: climb(k)[0])
+    best = min(range(max(best - stride, 0), min(best + stride + 1, count)), key=lambda k: climb(k)[0])
+    _, height, slope = climb(best)
+    share = height / slope if slope > 0.0 else np.inf
     return begin + best, float(np.clip(share, 0.0, 1.0)) if share <= 1.0 else 0.5
+
+
+def _last_quiet(samples: Array, limit: float) -> int:
+    """Index of the last sample about which the mean of a few is at most `limit`; 0 if there is none."""
+    width = 2 * DEBOUNCE + 1
+    if samples.size < width:
+        return 0
+    low = np.flatnonzero(np.convolve(samples, np.full(width, 1.0 / width), "valid") <= limit)
+    return int(low[-1]) + DEBOUNCE if low.size else 0
 
 
 def _centre(samples: Array) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """What is known of the rig beforehand: `rig` and `measurement` of a dataset.yaml, from a file of their own."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ from acf_jax.dataset.trials import RigPrior
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
 
+MEASURED = ("contact_velocity_rel_std", "pretension_rel_std")  # of `measurement`, by an import
 TEMPLATE = """\
 rig:  # fill in: what is known of the rig, each value with its standard deviation (docs/data_format.md)
   moving_mass_kg:             {value: , std: }
@@ -25,6 +26,7 @@ class RigFile:
     prior: RigPrior
     rig: dict[str, Any]
     measurement: dict[str, Any]
+    description: str = ""
 
 
 def read_rig_file(path: Path) -> RigFile:
@@ -36,7 +38,10 @@ def read_rig_file(path: Path) -> RigFile:
 
 
 def earlier_rig(path: Path) -> RigFile | None:
-    """The rig in the dataset.yaml of an earlier import; None where nothing of its template is filled in."""
+    """The rig in the dataset.yaml of an earlier import; None where nothing of its template is filled in.
+
+    Scatter that it states was measured then, and is measured anew.
+    """
     document = read_yaml_mapping(path)
     rig = document.get("rig")
     parts = rig.values() if isinstance(rig, dict) else ()
@@ -44,7 +49,9 @@ def earlier_rig(path: Path) -> RigFile | None:
         isinstance(part, dict) and not any(v is not None for v in part.values()) for part in parts
     ):
         return None
-    return _checked(path, document)
+    found = _checked(path, document)
+    stated = {key: value for key, value in found.measurement.items() if key not in MEASURED}
+    return replace(found, measurement=stated, description=str(document.get("description") or ""))
 
 
 def _checked(path: Path, document: dict[str, Any]) -> RigFile:

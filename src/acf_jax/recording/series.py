@@ -16,7 +16,7 @@ Nanoseconds = NDArray[np.int64]
 Progress = Callable[[int, int], None]
 
 _LARGEST = 1e12  # of a force, a speed or a position; what is beyond was never measured
-_JITTER = 30.0  # usual steps that time goes back at most where stamps jitter
+_JITTER = 30.0  # usual steps that a sample comes late at most
 _DISORDER = 0.01  # share of samples that may be out of order or not a number before a signal is refused
 
 
@@ -69,7 +69,7 @@ class Growing:
 def in_order(series: Series, where: str) -> Series:
     """The samples that are finite, with increasing times; a few others are left out and noted.
 
-    **Raises:** `InputError` when nothing is left, or when more than 1 % would have to go.
+    **Raises:** `InputError` when nothing is left, when more than 1 % would have to go, or when time was set back.
     """
     n = series.time.size
     if n == 0:
@@ -85,12 +85,13 @@ def in_order(series: Series, where: str) -> Series:
     if (steps > 0).all():
         return series
     late = int(np.count_nonzero(steps < 0))
-    if late > _DISORDER * n:
-        jitters = late < 0.5 * n and -steps.min() < _JITTER * np.median(np.abs(steps))
+    jitters = late < 0.5 * n and -steps.min() < _JITTER * np.median(np.abs(steps))
+    if late > _DISORDER * n or (late and not jitters):
         why = (
             "its stamps jitter: name the times at which it was recorded"
             if jitters
-            else "the clock was reset or the recordings are strung together: cut the recording there"
+            else f"by up to {-1e-9 * steps.min():.4g} s, before sample {int(steps.argmin()) + 2}: the clock was reset"
+            " or recordings are strung together: cut the recording there"
         )
         raise InputError(f"{where}: time steps back {late} times in {n} samples; {why}")
     order = np.argsort(series.time, kind="stable")

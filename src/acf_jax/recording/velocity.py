@@ -59,11 +59,16 @@ def pretension_at(series: Series, begin: int) -> Estimate | None:
 
 
 def _fresh(time: Array, value: Array) -> tuple[Array, Array]:
-    """The samples without those that only repeat a held value, where a value is held at all."""
-    changes = np.diff(value) != 0.0
-    if value.size < 2 or np.count_nonzero(changes) > 0.7 * changes.size:
+    """The samples without those that only repeat a held value: one is kept for each usual time between changes.
+
+    What stays the same for longer than that was measured more than once.
+    """
+    changes = np.flatnonzero(np.diff(value)) + 1
+    if changes.size < 2 or changes.size > 0.7 * value.size:
         return time, value
-    kept = np.r_[True, changes]
+    runs = np.r_[0, changes, value.size]
+    held = np.arange(value.size) - np.repeat(runs[:-1], np.diff(runs))
+    kept = held % max(round(float(np.median(np.diff(changes)))), 1) == 0
     return time[kept], value[kept]
 
 

@@ -12,7 +12,7 @@ from acf_jax.files import write_text
 from acf_jax.recording.cut import Cut
 from acf_jax.recording.impacts import Impacts
 from acf_jax.recording.review import Entry, review_text
-from acf_jax.recording.rig import TEMPLATE, RigFile
+from acf_jax.recording.rig import MEASURED, TEMPLATE, RigFile
 
 COLUMNS = (
     "trial,contact_velocity_m_per_s,pretension_n,peak_force_n,trace,"
@@ -51,14 +51,10 @@ def review_of(impacts: Impacts) -> str:
 
 
 def _description(impacts: Impacts, rig: RigFile | None) -> str:
-    head = yaml.safe_dump(
-        {"schema": SCHEMA, "description": f"impacts cut from {impacts.session.path.name}"}, sort_keys=False
-    )
-    measured = {
-        "contact_velocity_rel_std": impacts.velocity_spread,
-        "pretension_rel_std": impacts.pretension_spread,
-    }
-    spread = {key: min(value, 0.25) for key, value in measured.items() if value is not None}
+    own = (rig.description if rig else "") or f"impacts cut from {impacts.session.path.name}"
+    head = yaml.safe_dump({"schema": SCHEMA, "description": own}, sort_keys=False)
+    measured = zip(MEASURED, (impacts.velocity_spread, impacts.pretension_spread), strict=True)
+    spread = {key: min(value, 0.25) for key, value in measured if value is not None}
     measurement = spread | (rig.measurement if rig else {})
     body = yaml.safe_dump({"rig": rig.rig}, sort_keys=False) if rig else TEMPLATE
     return (
@@ -72,7 +68,9 @@ def _row(impacts: Impacts, cut: Cut) -> str:
         cut.trial,
         f"{v_e:g}",
         f"{f_p:g}",
-        "" if cut.peak is None else repr(cut.peak),
+        repr(cut.peak)
+        if cut.peak is not None and cut.peak > 0.0
+        else "",  # of an untared sensor: in the trace
         f"traces/{cut.trial}.csv",
         f"{cut.velocity.value:.6g}",
         f"{cut.velocity.std:.2g}",

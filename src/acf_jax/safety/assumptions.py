@@ -63,7 +63,10 @@ def assumptions(model: ContactModel, s: Situation, area: BodyArea, confidence: f
         " the robot's own mass would act"
     )
     if s.contact_area:
-        found.append(f"the force spreads evenly over {s.contact_area:g} cm^2; edges press harder")
+        side = 10.0 * s.contact_area**0.5
+        found.append(
+            f"the force spreads evenly over {s.contact_area:g} cm^2, a square of {side:.3g} mm; edges press harder"
+        )
     if not np.any(model.relative) and not np.any(model.main.covariance):
         found.append("the model's parameters are taken as exact: no standard deviations were given")
     else:

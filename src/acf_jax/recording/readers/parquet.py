@@ -32,6 +32,10 @@ def open_recording(path: Path, time: str | None, time_scale: float | None) -> Ta
         schema, rows = file.schema_arrow, file.metadata.num_rows
         columns = [Channel(field.name, str(field.type), rows) for field in schema]
         file.close()
+    if twice := [name for name in dict.fromkeys(schema.names) if schema.names.count(name) > 1]:
+        raise InputError(
+            f"{path} column {shown(twice[0])}: is there twice; give each column a name of its own"
+        )
 
     def chunks(wanted: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         with border(path, faults, _REMEDY):
@@ -40,7 +44,9 @@ def open_recording(path: Path, time: str | None, time_scale: float | None) -> Ta
         done = 0
         with file:
             for batch in within(batches, path, faults, _REMEDY):
-                yield {name: _numbers(path, name, batch.column(name)) for name in wanted}
+                with border(path, faults, _REMEDY):
+                    chunk = {name: _numbers(path, name, batch.column(name)) for name in wanted}
+                yield chunk
                 done += batch.num_rows
                 progress(done, rows)
 

@@ -4,7 +4,7 @@ import re
 import struct
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,7 @@ JOINTS = "sensor_msgs/msg/JointState"
 # Messages of many transforms, one of which a field names by its child frame; the rest of the field is within that.
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 _FRAME = re.compile(r"transforms\[([^\[\]]+)\](?:\.(.+))?")
+_JOINT = re.compile(r"\w+\[(?!\d+\])([^\[\]]+)\]")  # by its name: several publishers may share the topic
 
 _REMEDY = {
     ".mcap": "if it was not closed, `mcap recover` repairs it",
@@ -132,30 +133,33 @@ class Bag:
         faults = [fault for source in sources.values() if (fault := self._missing(source))]
         if faults:
             raise InputError(faults)
-        wanted: dict[str, list[tuple[str, str | None, Callable[[Any], float]]]] = {}
+        wanted: dict[str, list[_Wanted]] = {}
         for key, source in sources.items():
-            frame, place = self._frame(source)
+            kind, name, place = self._part(source)
             get = getter(place, f"{self.path} topic {source.name}")
-            wanted.setdefault(source.name, []).append((key, frame, get))
+            wanted.setdefault(source.name, []).append(_Wanted(key, kind, name, get, set()))
         grown = {key: Growing() for key in sources}
-        frames: set[str] = set()
         for topic in wanted:
             self._learn(topic)
         total = sum(self.counts.get(topic, 0) for topic in wanted)
         for done, (topic, received, message) in enumerate(self._messages(set(wanted))):
-            for key, frame, get in wanted[topic]:
-                for part in [message] if frame is None else _of_frame(message, frame, frames):
-                    stamp, samples = _stamp(part), grown[key]
-                    samples.value.append(get(part))
+            for signal in wanted[topic]:
+                for part in signal.parts(message):
+                    stamp, samples = _stamp(part), grown[signal.key]
+                    samples.value.append(signal.get(part))
                     samples.time.append(received if stamp is None else stamp)
                     if stamp is not None:
                         samples.received.append(received)
             if done % 10_000 == 0:
                 progress(done, total)
-        for topic, parts in wanted.items():
-            for key, frame, _ in parts:
-                if frame is not None and not grown[key].value:
-                    what = f"has no child frame {shown(frame)}; name one of {some(sorted(frames))}"
+        for topic, signals in wanted.items():
+            for signal in signals:
+                known = some(sorted(signal.seen))
+                if signal.name and not grown[signal.key].value:
+                    what = f"has no {signal.kind} {shown(signal.name)}; name one of {known}"
+                    raise InputError(f"{self.path} topic {topic}: {what}")
+                if signal.kind == "joint" and not signal.name and len(signal.seen) > 1:
+                    what = f"holds several joints; name one as velocity[NAME]: {known}"
                     raise InputError(f"{self.path} topic {topic}: {what}")
         return {key: self._noted(samples.done(), sources[key]) for key, samples in grown.items()}
 
@@ -204,13 +208,16 @@ class Bag:
             return source.field
         return usual if usual == "data" or self.topics.get(source.name) == JOINTS else f"{usual}.z"
 
-    def _frame(self, source: Source) -> tuple[str | None, str]:
-        """The child frame of a topic of transforms, and the path of the value in the message or the transform."""
+    def _part(self, source: Source) -> tuple[str, str, str]:
+        """What a topic holds parts of ('child frame', 'joint' or ''), the one meant, and the value's path there."""
         place = self._place(source)
+        if self.topics[source.name] == JOINTS:
+            found = _JOINT.fullmatch(place)
+            return "joint", found[1] if found else "", place
         if self.topics[source.name] not in TRANSFORMS:
-            return None, place
+            return "", "", place
         if found := _FRAME.fullmatch(place):
-            return found[1], found[2] or "transform.translation.z"
+            return "child frame", found[1], found[2] or "transform.translation.z"
         raise InputError(
             f"{self.path} topic {source.name}: holds transforms of many frames; name one by its child frame, as in "
             f"{source.name}:transforms[tool0].transform.translation.z"
@@ -227,11 +234,29 @@ class Bag:
         return None
 
 
-def _of_frame(message: Any, frame: str, seen: set[str]) -> list[Any]:
-    """The transforms of a child frame; the others' names are added to `seen`."""
-    named = [(str(transform.child_frame_id).lstrip("/"), transform) for transform in message.transforms]
-    seen.update(name for name, _ in named)
-    return [transform for name, transform in named if name == frame.lstrip("/")]
+@dataclass(frozen=True)
+class _Wanted:
+    """A signal within the messages of a topic."""
+
+    key: str
+    kind: str  # of the parts that messages hold: child frames, joints, or nothing of the like
+    name: str  # of the part meant; empty: any
+    get: Callable[[Any], float]
+    seen: set[str]  # names of parts in the messages so far
+
+    def parts(self, message: Any) -> list[Any]:
+        """The parts of a message, or the message itself, that hold the signal."""
+        if self.kind == "child frame":
+            named = [
+                (str(transform.child_frame_id).lstrip("/"), transform) for transform in message.transforms
+            ]
+            self.seen.update(name for name, _ in named)
+            return [transform for name, transform in named if name == self.name.lstrip("/")]
+        if self.kind == "joint":
+            names = [str(name) for name in message.name]
+            self.seen.update(names)
+            return [message] if not self.name or self.name in names else []
+        return [message]
 
 
 def _stamp(message: Any) -> int | None:
