@@ -409,6 +409,12 @@ def test_faults_of_mapping_and_review_come_together(tmp_path):
     said = refused(tmp_path, path, "--mapping", mapping, "--rig", tmp_path / "rig.yaml")
     for part in ("did you mean 'force'", "scale must not be 0", "'contacts.before_s'", "divide by 1000"):
         assert part in said
+    mapping.write_text("velocity: {nam: v}\npretension: [60]\n")
+    faults = refused(tmp_path, path, "--mapping", mapping).splitlines()
+    for fault, part in zip(
+        faults, ("'velocity.name': is missing", "'velocity.nam': is not", "'pretension': "), strict=True
+    ):
+        assert part in fault
     review = tmp_path / "cuts.yaml"
     cut = "{trial: a, contact_s: 1.0, keep: true}"
     review.write_text(f"schema: acf-import-cuts/1\nrecording: x\ncuts: [{cut}, {cut}]\n")

@@ -66,8 +66,8 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
             " state clock_offset_s if its clock is another"
         )
     pretensions = [cut.pretension.value for cut in cuts if np.isfinite(cut.pretension.value)]
-    none = [max(3.0 * cut.pretension.std, NOUGHT * max(pretensions)) for cut in cuts if pretensions]
-    negative = [cut.pretension.value for cut, n in zip(cuts, none, strict=False) if cut.pretension.value < -n]
+    nought = NOUGHT * max(pretensions, default=0.0)
+    negative = [p.value for cut in cuts if (p := cut.pretension).value < -max(3.0 * p.std, nought)]
     where = f"{session.path} {session.labels.get('pretension', '--pretension')}"
     if not pretensions:
         faults.append(f"{where}: has no value before any contact; give the pretension in N by --pretension")

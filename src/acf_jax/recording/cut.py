@@ -69,7 +69,7 @@ def impact_peak(cut: Cut, impact_time: float, tared: bool) -> float | None:
 def ends_early(cut: Cut, impact_time: float) -> bool:
     """Whether the trace is shorter than two impacts and at its highest where it ends: it still rises there."""
     time, force = cut.trace.time, cut.force
-    last = time > max(time[-1] - 0.1 * impact_time, 0.0)
+    last = time > time[-1] - 0.1 * impact_time
     return bool(time[-1] < 2.0 * impact_time and force[last].max() >= force.max())
 
 

@@ -4,7 +4,16 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    model_validator,
+)
 
 from acf_jax.dataset.table import suggestion
 from acf_jax.errors import InputError
@@ -58,13 +67,23 @@ def _source(value: Any) -> Any:
 
 
 def _source_or_number(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise ValueError("is neither a signal nor a number; name one")
     if isinstance(value, str) and re.fullmatch(_NUMBER, value.strip()):
         return float(value)
     return _source(value)
 
 
+def _kind(value: Any) -> str:
+    return "a signal" if isinstance(value, dict | Source) else "a number"
+
+
 Signal = Annotated[Source, BeforeValidator(_source)]
-SignalOrNumber = Annotated[Source | float, BeforeValidator(_source_or_number)]
+SignalOrNumber = Annotated[
+    Annotated[Source, Tag("a signal")] | Annotated[float, Tag("a number")],
+    Discriminator(_kind),
+    BeforeValidator(_source_or_number),
+]
 
 
 class Contacts(_Part):
@@ -110,8 +129,7 @@ def read_mapping(path: Path | None, options: dict[str, Any]) -> Mapping:
 
 
 def _fault(path: Path | None, fault: dict[str, Any], given: dict[str, Any]) -> str:
-    kinds = ("Source", "float", "function-before[_source(), Source]")
-    location = [str(part) for part in fault["loc"] if part not in kinds]
+    location = [str(part) for part in fault["loc"] if part not in ("a signal", "a number")]
     key = ".".join(location)
     where = f"--{key}" if location and location[0] in given else f"{path} key '{key}'" if key else f"{path}"
     if fault["type"] == "extra_forbidden":
@@ -121,5 +139,7 @@ def _fault(path: Path | None, fault: dict[str, Any], given: dict[str, Any]) -> s
         return f"{where}: {fault['ctx']['error']}"
     if fault["type"] == "missing":
         return f"{where}: is missing; add it"
+    if fault["type"] == "model_type":
+        return f"{where}: is no signal; name a topic or a column"
     what = f"{fault['msg'].lower()}, but is {str(fault['input'])[:60]!r}"
     return f"{where}: {what}; see the mapping in docs/import.md"
