@@ -73,7 +73,30 @@ def test_one_of_two_causes_that_both_stand_is_no_change() -> None:
     before = rig("a", "x", 5.0, first=("gravity",), credible=both)
     assert find_changes([fleet("april", before), fleet("may", rig("a", "y", 5.0, credible=both))])[0] == []
     sure = rig("a", "y", 5.0, credible=both[:1])
-    assert [c.what for c in find_changes([fleet("april", before), fleet("may", sure)])[0]] == ["cause"]
+    assert find_changes([fleet("april", before), fleet("may", sure)])[0] == [], "only the data are better"
+    assert (
+        find_changes([fleet("april", sure), fleet("may", before.model_copy(update={"data": "z"}))])[0] == []
+    )
+    weight = before.model_copy(update={"data": "z", "credible": both[1:]})
+    assert [c.what for c in find_changes([fleet("april", sure), fleet("may", weight)])[0]] == ["cause"]
+
+
+def test_a_cause_outside_the_library_is_another_one_at_another_component() -> None:
+    def unknown(component: str, data: str, mass: float, **more: object) -> Fleet:
+        known = {"moving_mass_kg": Estimate(value=mass, std=0.02, unit="kg", at_bound=False)}
+        first = {"first": ("unknown",), "credible": (("unknown",),), "verdict": "unknown"}
+        return fleet(data, rig("a", data, 0.0, component=component, parameters=known, **first, **more))
+
+    changes, trends = find_changes([unknown("robot", "april", 2.3), unknown("sensor", "may", 2.05)])
+    assert [(c.what, c.before, c.after) for c in changes] == [
+        ("cause", "a cause outside the library at the robot", "a cause outside the library at the sensor")
+    ]
+    assert trends == [], "a parameter means another thing beside another cause"
+    either = {"components": ("actuator", "robot")}
+    runs = [unknown("robot", "april", 2.3, **either), unknown("actuator", "may", 2.3)]
+    assert find_changes(runs) == ([], []), "both components stood"
+    (grown,) = find_changes([unknown("robot", "april", 2.3), unknown("robot", "may", 2.05)])[0]
+    assert grown.what == "moving_mass_kg"
 
 
 def test_chance_alone_rarely_makes_a_change() -> None:

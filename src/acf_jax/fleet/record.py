@@ -8,6 +8,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from acf_jax import __version__
+from acf_jax.diagnosis.score import CREDIBLE
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_text
 
@@ -47,6 +48,7 @@ class Rig(_Part):
     probability: float | None = None  # of it
     credible: tuple[tuple[str, ...], ...] = ()  # the explanations that these data leave standing
     component: str | None = None  # where a cause most probably acts; None where there may be none
+    components: tuple[str, ...] = ()  # where these data leave it possible that one acts
     recalibrated_rms_n: float | None = None  # force error on unseen conditions, before the correction
     corrected_rms_n: float | None = None  # and after it
     peak_rms_percent: float | None = None  # peak error on unseen conditions, after it
@@ -96,6 +98,7 @@ def rig_of(name: str, data: str, content: dict[str, Any]) -> Rig:
         probability=first["probability"],
         credible=content["credible_set"],
         component=max(component, key=component.__getitem__) if first["effects"] else None,
+        components=tuple(name for name, p in component.items() if p >= 1 - CREDIBLE),
         recalibrated_rms_n=gap["recalibrated"]["force_rms_n"],
         corrected_rms_n=gap["corrected"]["force_rms_n"],
         peak_rms_percent=gap["corrected"]["peak_rms_percent"],
