@@ -6,6 +6,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import plotly.graph_objects as go
@@ -13,6 +14,8 @@ import pytest
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
+from acf_jax.diagnosis.forward import Grid, forward
+from acf_jax.diagnosis.space import every_effect
 from acf_jax.report import sentence, write_report
 from acf_jax.report.discrepancy import along
 from acf_jax.report.markup import formula
@@ -139,13 +142,35 @@ def test_an_unknown_cause_is_drawn_along_the_impacts(unknown: Diagnosis, tmp_pat
     assert all(len(v["data"]) > 1 for v in figure["variants"])
 
 
-def test_the_drawn_impact_obeys_the_contact_law(unknown: Diagnosis) -> None:
-    """At the actuator an unknown cause leaves F_C = k_C s + F_P as it is: the drawing keeps to it within 1 %."""
-    o, fitted = unknown.observations, unknown.corrected
-    (course,) = along(fitted, o.v_e[:1], o.f_p[:1], np.array([o.time[0].max()]))
-    law = fitted.theta[3] * 1e-3 * course.compression + o.f_p[0]
-    assert course.force.max() > 1.1 * course.force[0]
-    np.testing.assert_allclose(course.force, law, atol=1e-2 * course.force.max())
+@pytest.mark.parametrize(
+    ("port", "strengths"),
+    [
+        ("unknown_actuator", {"dry_n": 10.0}),
+        ("unknown_actuator", {"held_share": 0.5}),
+        ("unknown_contact", {"step_100_n": 10.0, "pad_kg": 0.5}),
+        ("unknown_robot", {}),
+    ],
+)
+def test_the_drawn_impact_obeys_the_contact_law(port: str, strengths: dict[str, float]) -> None:
+    """F_C = k_C s + F_C(0) and what the contact adds; the force is that of the fit, which is simulated apart."""
+    own = [strengths.get(p.name, p.scale if p.shape else 0.0) for p in every_effect()[port].parameters()]
+    theta = np.array([2.0, 60.0, 2e3, 1.5e5, *own, 0.0])
+    v_e, f_p, grid = np.array([0.3]), np.array([80.0]), Grid(5e-5, 300)
+    (course,) = along(
+        SimpleNamespace(explanation=(port,), theta=theta, grid=grid), v_e, f_p, np.array([0.01])
+    )
+    added = course.discrepancy if port == "unknown_contact" else 0.0
+    law = 1.5e5 * 1e-3 * course.compression + course.force[0] + added
+    np.testing.assert_allclose(course.force, law, atol=1e-6)
+    contact = forward((port,), theta[:-1], v_e, f_p, grid).contact[0]
+    np.testing.assert_allclose(
+        course.force, np.interp(course.time, 0.05 * np.arange(301), contact), rtol=1e-9
+    )
+    lag = 0.3 * course.time - course.stroke - course.compression
+    assert (np.abs(lag).max() > 0.1) == ("pad_kg" in strengths), "the pad moves in addition to the flange"
+    if "held_share" in strengths:
+        still = course.time < course.time[np.argmax(course.force > 80.0)]
+        assert course.force[0] == pytest.approx(40.0) and still.sum() > 3 and not course.stroke[still].any()
 
 
 def test_numbers_in_words() -> None:
