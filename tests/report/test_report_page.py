@@ -16,10 +16,15 @@ from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.forward import Grid, forward
 from acf_jax.diagnosis.space import every_effect
+from acf_jax.diagnosis.validate import largest_reading
 from acf_jax.report import sentence, write_report
 from acf_jax.report.discrepancy import along
 from acf_jax.report.markup import formula
+from acf_jax.report.outlook import outlook
 from acf_jax.report.parameters import parameter_table
+from acf_jax.report.peaks import by_condition
+from acf_jax.report.traces import overlay
+from acf_jax.report.where import gap_map
 from acf_jax.report.words import VERDICTS, headed, listed, percent, si
 
 
@@ -130,6 +135,30 @@ def test_peaks_alone_are_told_what_to_measure(peaks_only: Diagnosis, tmp_path: P
     assert all(c["excess_rms_n"] is None and c["share"] >= 0 for c in conditions)
     assert "overlay-data" not in page.figures and "force-error-data" not in page.figures
     assert "Record force traces" in page.text
+
+
+def test_measured_peaks_are_compared_with_peaks_of_their_kind(
+    diagnosed: Diagnosis, peaks_only: Diagnosis
+) -> None:
+    """The largest of noisy samples with what one expects of it; a peak that was only told, with the peak."""
+    o, look = diagnosed.observations, outlook(diagnosed)
+    expected = largest_reading(look.trials[o.names[0]].force, o.noise.std)
+    assert expected > look.trials[o.names[0]].peak_force + o.noise.std
+    shown = by_condition(diagnosed, look)
+    assert f">{expected:.1f} ± " in shown and "what noise adds to the largest sample" in shown
+    told = outlook(peaks_only)
+    alone = by_condition(peaks_only, told)
+    assert f">{told.trials[o.names[0]].peak_force:.1f} ± " in alone and "noise adds" not in alone
+
+
+def test_of_a_single_condition_nothing_is_said_to_be_unseen(diagnosed: Diagnosis) -> None:
+    o, look = diagnosed.observations, outlook(diagnosed)
+    alone = replace(diagnosed, observations=replace(o, condition=np.zeros_like(o.condition)))
+    assert "did not see the trial&#x27;s condition; the contact force by the fit to all" in overlay(
+        diagnosed, look
+    )
+    assert "did not see" in gap_map(diagnosed)
+    assert "did not see" not in overlay(alone, look) and "did not see" not in gap_map(alone)
 
 
 def test_an_unknown_cause_is_drawn_along_the_impacts(unknown: Diagnosis, tmp_path: Path) -> None:
