@@ -23,6 +23,7 @@ from acf_jax.report.markup import formula
 from acf_jax.report.outlook import outlook
 from acf_jax.report.parameters import parameter_table
 from acf_jax.report.peaks import by_condition
+from acf_jax.report.summary import consequence
 from acf_jax.report.traces import overlay
 from acf_jax.report.where import gap_map
 from acf_jax.report.words import VERDICTS, headed, listed, percent, si
@@ -159,6 +160,17 @@ def test_of_a_single_condition_nothing_is_said_to_be_unseen(diagnosed: Diagnosis
     )
     assert "did not see" in gap_map(diagnosed)
     assert "did not see" not in overlay(alone, look) and "did not see" not in gap_map(alone)
+
+
+def test_an_allowed_speed_is_never_rounded_up(diagnosed: Diagnosis) -> None:
+    def peaks(*forces: float) -> list[SimpleNamespace]:
+        return [
+            SimpleNamespace(contact_peak_force=f, contact_peak_force_std=1.0, peak_force=f) for f in forces
+        ]
+
+    models = {"nominal": peaks(100.0, 123.89), "corrected": peaks(100.0, 200.0)}
+    look = SimpleNamespace(curves=(SimpleNamespace(f_p=80.0, v_e=np.array([1.0, 2.0]), by_model=models),))
+    assert consequence(diagnosed, look).endswith("touch down at no more than 1.238 m/s.")
 
 
 def test_an_unknown_cause_is_drawn_along_the_impacts(unknown: Diagnosis, tmp_path: Path) -> None:
