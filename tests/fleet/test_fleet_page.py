@@ -81,6 +81,23 @@ def test_one_of_two_causes_that_both_stand_is_no_change() -> None:
     assert [c.what for c in find_changes([fleet("april", sure), fleet("may", weight)])[0]] == ["cause"]
 
 
+def test_a_cause_beside_no_gap_was_none() -> None:
+    """Data never rule out an effect that is small enough: it stands, and later it is a clear cause."""
+    stands = ((), ("coulomb_friction",))
+    free = rig("a", "x", 0.0, first=(), credible=stands, verdict="no_gap", parameters={})
+    rubs = rig("a", "y", 9.0, credible=stands[1:])
+    there, back = (
+        find_changes([fleet("april", *a), fleet("may", *b)])[0]
+        for a, b in (((free,), (rubs,)), ((rubs,), (free,)))
+    )
+    assert [(c.what, c.after) for c in (*there, *back)] == [
+        ("cause", "dry friction"),
+        ("cause", "nothing unmodelled"),
+    ]
+    poor = free.model_copy(update={"verdict": "insufficient_data"})
+    assert find_changes([fleet("april", poor), fleet("may", rubs)])[0] == [], "these data left it open"
+
+
 def test_a_cause_outside_the_library_is_another_one_at_another_component() -> None:
     def unknown(component: str, data: str, mass: float, **more: object) -> Fleet:
         known = {"moving_mass_kg": Estimate(value=mass, std=0.02, unit="kg", at_bound=False)}

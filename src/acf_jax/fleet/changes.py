@@ -75,10 +75,13 @@ def _history(runs: Sequence[dict[str, Rig]], name: str) -> list[tuple[int, Rig]]
 
 
 def _stands(leader: Rig, rig: Rig) -> bool:
-    """Whether the data of `rig` leave the first explanation of `leader` standing."""
+    """Whether the data of `rig` leave the first explanation of `leader` standing.
+
+    Where there is no gap, what stands beside it is too weak to matter: no data rule that out, and it is no cause.
+    """
     if leader.first == rig.first == UNKNOWN:
         return leader.component in (rig.component, *rig.components)
-    return leader.first in (rig.first, *rig.credible)
+    return leader.first == rig.first or (rig.verdict != "no_gap" and leader.first in rig.credible)
 
 
 def _trends(history: Sequence[tuple[int, Rig]]) -> list[Trend]:
