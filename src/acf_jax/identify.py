@@ -12,6 +12,8 @@ from scipy.special import stdtrit
 from acf_jax.errors import InputError
 from acf_jax.model import Impact, Rig, find_peak
 
+LEAST = 0.8  # of its pretension: a peak below that does not include it
+
 Values = NDArray[np.float64]
 
 
@@ -69,6 +71,13 @@ def identify(peaks: Peaks) -> Identification:
 
     **Raises:** `InputError` when the peaks cannot hold the product.
     """
+    below = np.flatnonzero(peaks.f_max < LEAST * peaks.f_p)
+    if below.size:
+        k = below[0]
+        raise InputError(
+            f"{below.size} of {peaks.f_max.size} peaks lie below their pretension, the first of them peak {k + 1}, "
+            f"{peaks.f_max[k]:g} N at {peaks.f_p[k]:g} N; peak_force_n must include the pretension, do not take it off"
+        )
     product = _fit(peaks)
     f_max = ideal_peak(product, peaks.v_e, peaks.f_p)
     error, size = relative_error(f_max, peaks.f_max), peaks.v_e.size
@@ -134,13 +143,19 @@ def _fit(peaks: Peaks) -> float:
             "check the columns and their units (m/s, N)"
         )
     product = float(np.median(np.sqrt(excess[above]) / peaks.v_e[above]))
+    step = 0.0
     for _ in range(100):  # Gauss and Newton, in the logarithm so that the product stays positive
         f_max = ideal_peak(product, peaks.v_e, peaks.f_p)
         slope = (product * peaks.v_e) ** 2 / (f_max * peaks.f_max)
-        step = -slope @ (f_max / peaks.f_max - 1) / (slope @ slope)
-        product *= float(np.exp(np.clip(step, -0.5, 0.5)))
+        step = float(np.clip(-slope @ (f_max / peaks.f_max - 1) / (slope @ slope), -0.5, 0.5))
+        product *= float(np.exp(step))
         if abs(step) < 1e-14:
-            break
+            return product
+    if abs(step) > 1e-6:
+        raise InputError(
+            "the peaks scatter about their pretension, so the product that fits best is zero; check that peak_force_n "
+            "is the peak and that it includes the pretension, or measure at higher contact velocities"
+        )
     return product
 
 

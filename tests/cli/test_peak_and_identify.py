@@ -105,5 +105,34 @@ def test_identify_lists_all_faults_at_once(run, tmp_path):
     with pytest.raises(InputError) as caught:
         run("identify", table)
     faults = "\n".join(caught.value.faults)
-    for part in ("row 2", "not a number", "row 3", "row 4", "must be positive"):
+    for part in ("row 2", "not a number", "row 3", "row 4", "peak_force_n must be at least 0.1 N, but is 0"):
         assert part in faults
+
+
+@pytest.mark.parametrize(
+    ("rows", "fault"),
+    [
+        (
+            "50,100,110\n100,100,137",
+            "contact_velocity_m_per_s must be at most 5 m/s, but is 50; if it is in mm/s",
+        ),
+        ("0.1,0.1,110\n0.2,0.1,137", "pretension_n is at most 0.1 N in all rows; if it is in kN"),
+        ("0.1,100,110e3\n0.2,100,137e3", "row 2: peak_force_n must be at most 50000 N"),
+        (
+            "0.1,100,10\n0.3,100,182",
+            "1 of 2 peaks lie below their pretension, the first of them peak 1, 10 N at 100 N",
+        ),
+    ],
+)
+def test_identify_refuses_other_units_and_tared_peaks(rows, fault, run, tmp_path):
+    table = tmp_path / "trials.csv"
+    table.write_text(f"contact_velocity_m_per_s,pretension_n,peak_force_n\n{rows}\n")
+    with pytest.raises(InputError) as caught:
+        run("identify", table)
+    assert all(str(table) in line for line in caught.value.faults) and fault in str(caught.value)
+
+
+def test_identify_takes_a_trial_at_rest(run, tmp_path):
+    table = tmp_path / "trials.csv"
+    table.write_text("contact_velocity_m_per_s,pretension_n,peak_force_n\n0,100,101\n0.2,100,195\n")
+    assert "sqrt(k_C m) = 837." in run("identify", table)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from impacts import write
 
-from acf_jax.dataset import GapDataset, read_conditions, read_dataset
+from acf_jax.dataset import GapDataset, data_sets, read_conditions, read_dataset
 from acf_jax.errors import InputError
 
 
@@ -174,6 +174,15 @@ def test_faults_of_the_trials(folder, old, new, message):
     edit(folder / "trials.csv", old, new)
     faults = faults_of(folder)
     assert any(message in fault for fault in faults), faults
+
+
+def test_an_incomplete_data_set_is_one(tmp_path):
+    for part in ("a/dataset.yaml", "b/trials.csv", "c/traces/t1.csv", "notes/readme.txt"):
+        (tmp_path / part).parent.mkdir(parents=True)
+        (tmp_path / part).touch()
+    assert data_sets(tmp_path) == ["a", "b", "c"]
+    with pytest.raises(InputError, match=r"b/dataset.yaml: no such file"):
+        read_dataset(tmp_path / "b")
 
 
 def test_few_trials(tmp_path):

@@ -13,7 +13,7 @@ from acf_jax.cli.main import commands
 from acf_jax.errors import InputError
 from acf_jax.fleet.changes import find_changes, threshold
 from acf_jax.fleet.page import fleet_page
-from acf_jax.fleet.record import Estimate, Fleet, Rig, read_fleet
+from acf_jax.fleet.record import Estimate, Fleet, Rig, read_fleet, read_fleets
 
 EVIL = "</script><img src=x onerror=\"document.title='owned'\">"
 FRICTION = "coulomb_friction.force_n"
@@ -29,8 +29,8 @@ def rig(name: str, data: str, friction: float, std: float = 0.3, **changes: obje
     return Rig(**{**content, **changes})
 
 
-def fleet(label: str, *rigs: Rig) -> Fleet:
-    return Fleet(label=label, finished="2026-11-21 10:00 UTC", rigs=rigs)
+def fleet(label: str, *rigs: Rig, finished: str = "2026-11-21 10:00 UTC") -> Fleet:
+    return Fleet(label=label, finished=finished, rigs=rigs)
 
 
 def test_a_rig_whose_friction_grows_is_found() -> None:
@@ -73,7 +73,47 @@ def test_one_of_two_causes_that_both_stand_is_no_change() -> None:
     before = rig("a", "x", 5.0, first=("gravity",), credible=both)
     assert find_changes([fleet("april", before), fleet("may", rig("a", "y", 5.0, credible=both))])[0] == []
     sure = rig("a", "y", 5.0, credible=both[:1])
-    assert [c.what for c in find_changes([fleet("april", before), fleet("may", sure)])[0]] == ["cause"]
+    assert find_changes([fleet("april", before), fleet("may", sure)])[0] == [], "only the data are better"
+    assert (
+        find_changes([fleet("april", sure), fleet("may", before.model_copy(update={"data": "z"}))])[0] == []
+    )
+    weight = before.model_copy(update={"data": "z", "credible": both[1:]})
+    assert [c.what for c in find_changes([fleet("april", sure), fleet("may", weight)])[0]] == ["cause"]
+
+
+def test_a_cause_beside_no_gap_was_none() -> None:
+    """Data never rule out an effect that is small enough: it stands, and later it is a clear cause."""
+    stands = ((), ("coulomb_friction",))
+    free = rig("a", "x", 0.0, first=(), credible=stands, verdict="no_gap", parameters={})
+    rubs = rig("a", "y", 9.0, credible=stands[1:])
+    there, back = (
+        find_changes([fleet("april", *a), fleet("may", *b)])[0]
+        for a, b in (((free,), (rubs,)), ((rubs,), (free,)))
+    )
+    assert [(c.what, c.after) for c in (*there, *back)] == [
+        ("cause", "dry friction"),
+        ("cause", "nothing unmodelled"),
+    ]
+    poor = free.model_copy(update={"verdict": "insufficient_data"})
+    assert find_changes([fleet("april", poor), fleet("may", rubs)])[0] == [], "these data left it open"
+
+
+def test_a_cause_outside_the_library_is_another_one_at_another_component() -> None:
+    def unknown(component: str, data: str, mass: float, **more: object) -> Fleet:
+        known = {"moving_mass_kg": Estimate(value=mass, std=0.02, unit="kg", at_bound=False)}
+        first = {"first": ("unknown",), "credible": (("unknown",),), "verdict": "unknown"}
+        return fleet(data, rig("a", data, 0.0, component=component, parameters=known, **first, **more))
+
+    changes, trends = find_changes([unknown("robot", "april", 2.3), unknown("sensor", "may", 2.05)])
+    assert [(c.what, c.before, c.after) for c in changes] == [
+        ("cause", "a cause outside the library at the robot", "a cause outside the library at the sensor")
+    ]
+    assert trends == [], "a parameter means another thing beside another cause"
+    either = {"components": ("actuator", "robot")}
+    runs = [unknown("robot", "april", 2.3, **either), unknown("actuator", "may", 2.3)]
+    assert find_changes(runs) == ([], []), "both components stood"
+    (grown,) = find_changes([unknown("robot", "april", 2.3), unknown("robot", "may", 2.05)])[0]
+    assert grown.what == "moving_mass_kg"
 
 
 def test_chance_alone_rarely_makes_a_change() -> None:
@@ -165,7 +205,7 @@ def test_a_record_comes_back_and_a_wrong_one_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "fault"),
     [
-        (["--out", "out", "--since", "nowhere"], "nowhere/fleet.json: no such file"),
+        (["--out", "out", "--since", "nowhere"], "nowhere/fleet.json: no such file; check the path"),
         (["--out", "out", "--since", "./out"], "is the folder of --out"),
         (["--out", "file"], "is a file; name a folder"),
     ],
@@ -175,4 +215,40 @@ def test_faults_of_the_command(arguments, fault, tmp_path, monkeypatch) -> None:
     Path("file").write_text("")
     result = CliRunner().invoke(commands, ["fleet", ".", *arguments])
     assert isinstance(result.exception, InputError) and fault in str(result.exception)
-    assert not Path("out").exists()
+    assert "JSON" not in str(result.exception) and not Path("out").exists()
+
+
+def keep(folder: Path, record: Fleet) -> Path:
+    folder.mkdir()
+    (folder / "fleet.json").write_text(record.model_dump_json(by_alias=True))
+    return folder
+
+
+def test_earlier_runs_have_to_come_in_their_order(tmp_path: Path) -> None:
+    april, may = (
+        keep(tmp_path / name, fleet(name, finished=f"2026-{month}-21 10:00 UTC"))
+        for name, month in (("april", "04"), ("may", "05"))
+    )
+    assert [run.label for run in read_fleets([april, may, may])] == ["april", "may", "may"]
+    with pytest.raises(
+        InputError, match=r"april/fleet.json: ended 2026-04.*, but may, named before it, 2026-05"
+    ):
+        read_fleets([may, april])
+
+
+def test_what_became_of_a_rig_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A change between two earlier runs, a rig that is gone, and one whose data set has two faults."""
+    since = [
+        keep(tmp_path / "april", fleet("april", rig("a", "x", 2.0), rig("z", "x", 2.0))),
+        keep(tmp_path / "may", fleet("may", rig("a", "y", 9.0), rig("b", "y", 2.0))),
+    ]
+    faults = [f"trials.csv row {k}: {'long ' * 120}" for k in (3, 4)]
+    now = fleet("june", rig("a", "y", 9.0), Rig(rig="c", fault="\n".join(faults)))
+    monkeypatch.setattr("acf_jax.fleet.run.run_fleet", lambda *arguments: now)
+    options = [part for folder in since for part in ("--since", str(folder))]
+    result = CliRunner().invoke(commands, ["fleet", ".", "--out", str(tmp_path / "june"), *options])
+    assert isinstance(result.exception, InputError) and result.exception.faults == faults
+    assert "in may, but not among these data sets: b\n" in result.output
+    shown = (tmp_path / "june" / "index.html").read_text("utf-8")
+    assert "2 rigs, 1 of them changed, compared with april and may." in shown
+    assert shown.count("<strong>c</strong>") == 2 and "<strong>b</strong>: in may, but not among" in shown

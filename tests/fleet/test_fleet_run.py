@@ -93,6 +93,23 @@ def test_only_what_changed_is_diagnosed_again(rigs, made, tmp_path, monkeypatch)
     assert all("was asked to diagnose" in rig.fault for rig in with_other_seed.rigs[:3])
 
 
+@pytest.mark.parametrize("file", ["diagnosis.json", "model.json", "report.html", "source.json"])
+def test_a_diagnosis_that_is_not_whole_is_made_again(file, rigs, made, tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    out, before, again = shutil.copytree(made[0], tmp_path / "out"), made[1], []
+    (out / "a" / file).unlink()
+    (out / "b" / "diagnosis.json").write_bytes((out / "b" / "diagnosis.json").read_bytes()[:-9])
+    (out / "c" / "diagnosis.json").write_text('{"gap": []}')
+
+    def here(work, pieces, where):  # type: ignore[no-untyped-def]
+        for name, task in pieces:
+            again.append(name)
+            yield name, work(task)
+
+    monkeypatch.setattr(fleet_run, "run_all", here)
+    assert run_fleet(rigs, out, 0, Where(), quiet, weigh).rigs == before.rigs
+    assert again == list(NAMES) and (out / "a" / file).exists()
+
+
 def test_a_folder_without_data_sets_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no data sets"):
         run_fleet(tmp_path, tmp_path / "out", 0, Where(), quiet)

@@ -54,6 +54,22 @@ def test_one_trial_has_no_interval():
     assert np.isnan(found.interval).all() and found.error_left_out is None
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("f_max", "fault"),
+    [
+        (
+            [10.0, 37, 98, 182, 220],
+            "2 of 5 peaks lie below their pretension, the first of them peak 1, 10 N at 100 N",
+        ),
+        ([95.0, 101, 96, 97, 96], "the product that fits best is zero"),
+    ],
+)
+def test_peaks_that_no_product_explains_are_refused(f_max, fault):
+    with pytest.raises(InputError, match=fault):
+        identify(Peaks(V_E, F_P, np.array(f_max)))
+
+
 def test_peaks_below_the_pretension_are_refused():
     with pytest.raises(InputError, match=r"no peak exceeds its pretension"):
         identify(Peaks(V_E, F_P, np.full(5, 99.0)))

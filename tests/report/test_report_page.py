@@ -6,6 +6,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import plotly.graph_objects as go
@@ -13,10 +14,18 @@ import pytest
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
+from acf_jax.diagnosis.forward import Grid, forward
+from acf_jax.diagnosis.space import every_effect
+from acf_jax.diagnosis.validate import largest_reading
 from acf_jax.report import sentence, write_report
 from acf_jax.report.discrepancy import along
 from acf_jax.report.markup import formula
+from acf_jax.report.outlook import outlook
 from acf_jax.report.parameters import parameter_table
+from acf_jax.report.peaks import by_condition
+from acf_jax.report.summary import consequence
+from acf_jax.report.traces import overlay
+from acf_jax.report.where import gap_map
 from acf_jax.report.words import VERDICTS, headed, listed, percent, si
 
 
@@ -129,6 +138,41 @@ def test_peaks_alone_are_told_what_to_measure(peaks_only: Diagnosis, tmp_path: P
     assert "Record force traces" in page.text
 
 
+def test_measured_peaks_are_compared_with_peaks_of_their_kind(
+    diagnosed: Diagnosis, peaks_only: Diagnosis
+) -> None:
+    """The largest of noisy samples with what one expects of it; a peak that was only told, with the peak."""
+    o, look = diagnosed.observations, outlook(diagnosed)
+    expected = largest_reading(look.trials[o.names[0]].force, o.noise.std)
+    assert expected > look.trials[o.names[0]].peak_force + o.noise.std
+    shown = by_condition(diagnosed, look)
+    assert f">{expected:.1f} ± " in shown and "what noise adds to the largest sample" in shown
+    told = outlook(peaks_only)
+    alone = by_condition(peaks_only, told)
+    assert f">{told.trials[o.names[0]].peak_force:.1f} ± " in alone and "noise adds" not in alone
+
+
+def test_of_a_single_condition_nothing_is_said_to_be_unseen(diagnosed: Diagnosis) -> None:
+    o, look = diagnosed.observations, outlook(diagnosed)
+    alone = replace(diagnosed, observations=replace(o, condition=np.zeros_like(o.condition)))
+    assert "did not see the trial&#x27;s condition; the contact force by the fit to all" in overlay(
+        diagnosed, look
+    )
+    assert "did not see" in gap_map(diagnosed)
+    assert "did not see" not in overlay(alone, look) and "did not see" not in gap_map(alone)
+
+
+def test_an_allowed_speed_is_never_rounded_up(diagnosed: Diagnosis) -> None:
+    def peaks(*forces: float) -> list[SimpleNamespace]:
+        return [
+            SimpleNamespace(contact_peak_force=f, contact_peak_force_std=1.0, peak_force=f) for f in forces
+        ]
+
+    models = {"nominal": peaks(100.0, 123.89), "corrected": peaks(100.0, 200.0)}
+    look = SimpleNamespace(curves=(SimpleNamespace(f_p=80.0, v_e=np.array([1.0, 2.0]), by_model=models),))
+    assert consequence(diagnosed, look).endswith("touch down at no more than 1.238 m/s.")
+
+
 def test_an_unknown_cause_is_drawn_along_the_impacts(unknown: Diagnosis, tmp_path: Path) -> None:
     figure = read(unknown, tmp_path).figures["unknown-data"]
     assert [v["layout"]["xaxis"]["title"]["text"].split(" / ")[0] for v in figure["variants"]] == [
@@ -139,13 +183,35 @@ def test_an_unknown_cause_is_drawn_along_the_impacts(unknown: Diagnosis, tmp_pat
     assert all(len(v["data"]) > 1 for v in figure["variants"])
 
 
-def test_the_drawn_impact_obeys_the_contact_law(unknown: Diagnosis) -> None:
-    """At the actuator an unknown cause leaves F_C = k_C s + F_P as it is: the drawing keeps to it within 1 %."""
-    o, fitted = unknown.observations, unknown.corrected
-    (course,) = along(fitted, o.v_e[:1], o.f_p[:1], np.array([o.time[0].max()]))
-    law = fitted.theta[3] * 1e-3 * course.compression + o.f_p[0]
-    assert course.force.max() > 1.1 * course.force[0]
-    np.testing.assert_allclose(course.force, law, atol=1e-2 * course.force.max())
+@pytest.mark.parametrize(
+    ("port", "strengths"),
+    [
+        ("unknown_actuator", {"dry_n": 10.0}),
+        ("unknown_actuator", {"held_share": 0.5}),
+        ("unknown_contact", {"step_100_n": 10.0, "pad_kg": 0.5}),
+        ("unknown_robot", {}),
+    ],
+)
+def test_the_drawn_impact_obeys_the_contact_law(port: str, strengths: dict[str, float]) -> None:
+    """F_C = k_C s + F_C(0) and what the contact adds; the force is that of the fit, which is simulated apart."""
+    own = [strengths.get(p.name, p.scale if p.shape else 0.0) for p in every_effect()[port].parameters()]
+    theta = np.array([2.0, 60.0, 2e3, 1.5e5, *own, 0.0])
+    v_e, f_p, grid = np.array([0.3]), np.array([80.0]), Grid(5e-5, 300)
+    (course,) = along(
+        SimpleNamespace(explanation=(port,), theta=theta, grid=grid), v_e, f_p, np.array([0.01])
+    )
+    added = course.discrepancy if port == "unknown_contact" else 0.0
+    law = 1.5e5 * 1e-3 * course.compression + course.force[0] + added
+    np.testing.assert_allclose(course.force, law, atol=1e-6)
+    contact = forward((port,), theta[:-1], v_e, f_p, grid).contact[0]
+    np.testing.assert_allclose(
+        course.force, np.interp(course.time, 0.05 * np.arange(301), contact), rtol=1e-9
+    )
+    lag = 0.3 * course.time - course.stroke - course.compression
+    assert (np.abs(lag).max() > 0.1) == ("pad_kg" in strengths), "the pad moves in addition to the flange"
+    if "held_share" in strengths:
+        still = course.time < course.time[np.argmax(course.force > 80.0)]
+        assert course.force[0] == pytest.approx(40.0) and still.sum() > 3 and not course.stroke[still].any()
 
 
 def test_numbers_in_words() -> None:

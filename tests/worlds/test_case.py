@@ -156,6 +156,20 @@ def test_an_effect_that_does_not_exist_is_refused():
         make_case(1, ["ghost"])
 
 
+@pytest.mark.parametrize(
+    ("effects", "arguments", "fault"),
+    [
+        (["sensor_lag"], {"size": 0.0}, "size must be above 0, but is 0; leave effects out"),
+        (["sensor_lag"], {"size": -0.5}, "size must be above 0, but is -0.5"),
+        (["sensor_lag"], {"target": float("nan")}, "target must be above 0, but is nan"),
+        (["gravity", "sensor_lag", "gravity"], {}, "effects: gravity is named more than once"),
+    ],
+)
+def test_a_size_that_is_none_and_an_effect_named_twice_are_refused(effects, arguments, fault):
+    with pytest.raises(InputError, match=fault):
+        make_case(7, effects, **arguments)
+
+
 def test_worlds_share_no_code_with_the_fitted_simulator():
     script = (
         "import sys; from acf_jax.worlds import find_world; find_world('scipy').causes();"

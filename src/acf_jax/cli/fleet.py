@@ -60,7 +60,7 @@ def command(
     from acf_jax.files import write_text
     from acf_jax.fleet.changes import find_changes
     from acf_jax.fleet.page import fleet_page
-    from acf_jax.fleet.record import FILE, read_fleet
+    from acf_jax.fleet.record import FILE, read_fleets
     from acf_jax.fleet.run import run_fleet
     from acf_jax.workers import Where
 
@@ -68,13 +68,16 @@ def command(
         raise InputError(f"--out {out}: is a file; name a folder")
     if any(earlier.resolve() == out.resolve() for earlier in since):
         raise InputError(f"--since {out}: is the folder of --out; name another one for the new results")
-    earlier = [read_fleet(folder) for folder in since]  # faults are told before anything slow begins
+    earlier = read_fleets(since)  # faults are told before anything slow begins
 
     with resumable("the same command goes on where it was"), counts() as report:
         where = Where(scheduler, workers, say)
         fleet = run_fleet(folder, out, seed, where, partial(report, "diagnosing"))
     changes, trends = find_changes([*earlier, fleet])
-    fleet = fleet.model_copy(update={"since": tuple(run.label for run in earlier), "changes": tuple(changes)})
+    known = {rig.rig for rig in fleet.rigs}
+    missing = tuple(rig.rig for run in earlier[-1:] for rig in run.rigs if rig.rig not in known)
+    compared = {"since": tuple(run.label for run in earlier), "missing": missing, "changes": tuple(changes)}
+    fleet = fleet.model_copy(update=compared)
     content = fleet.model_dump(mode="json", by_alias=True)
     write_text(out / FILE, json.dumps(content, indent=1) + "\n")
     write_text(out / "index.html", fleet_page(fleet, trends))
@@ -83,12 +86,14 @@ def command(
     else:
         click.echo(_in_words(fleet))
         click.echo(f"{out / 'index.html'}: open it in a browser")
-    if faults := [rig.fault for rig in fleet.rigs if rig.fault]:
+    if faults := [line for rig in fleet.rigs for line in rig.fault.splitlines()]:
         raise InputError(faults)
 
 
 def _in_words(fleet: "Fleet") -> str:
-    """How many rigs have which verdict, and what changed."""
+    """How many rigs have which verdict, what changed, and which rigs are gone."""
+    from acf_jax.report.words import listed
+
     counts = Counter(rig.verdict or "without a diagnosis" for rig in fleet.rigs)
     lines = [", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())]
     for change in fleet.changes[:LINES]:
@@ -97,5 +102,7 @@ def _in_words(fleet: "Fleet") -> str:
     if len(fleet.changes) > LINES:
         lines.append(f"and {len(fleet.changes) - LINES} further changes")
     if fleet.since and not fleet.changes:
-        lines.append(f"no change since {fleet.since[-1]} beyond what chance explains")
+        lines.append(f"no change beyond what chance explains, compared with {listed(fleet.since)}")
+    if fleet.missing:
+        lines.append(f"in {fleet.since[-1]}, but not among these data sets: {', '.join(fleet.missing)}")
     return "\n".join(lines)

@@ -54,7 +54,10 @@ def command(table: Path, rig_file: Path | None, as_json: bool) -> None:
 
     v_e, f_p, f_max = (np.array(columns[name]) for name in COLUMNS)
     peaks = library.Peaks(v_e, f_p, f_max)
-    found = library.identify(peaks)
+    try:
+        found = library.identify(peaks)
+    except InputError as error:
+        raise InputError([f"{table}: {fault}" for fault in error.faults]) from None
     information = library.information(peaks, found)
     before = {}
     if PUBLISHED in columns:
@@ -73,19 +76,27 @@ def command(table: Path, rig_file: Path | None, as_json: bool) -> None:
 
 
 def _read(path: Path) -> tuple[dict[str, list[float]], list[str]]:
+    from acf_jax.dataset import units
     from acf_jax.dataset.table import read_table
 
+    limits = {
+        "contact_velocity_m_per_s": units.VELOCITY,
+        "pretension_n": units.PRETENSION,
+        "peak_force_n": units.PEAK_FORCE,
+        PUBLISHED: units.PEAK_FORCE,
+    }
     table = read_table(path, COLUMNS)
     wanted = [name for name in (*COLUMNS, PUBLISHED) if name in table.columns]
     columns: dict[str, list[float]] = {name: [] for name in wanted}
     for row in table.rows:
         for name in wanted:
             value = table.number(row, name)
-            positive = name in ("peak_force_n", PUBLISHED)
-            if value is not None and (value < 0 or (positive and value == 0)):
-                range_ = "positive" if positive else "zero or positive"
-                table.fault(f"row {row.number}", f"{name} must be {range_}, but is {value:g}; correct it")
+            at_rest = value == 0 and name == "contact_velocity_m_per_s"
+            if value is not None and not at_rest and (fault := limits[name].fault(value)):
+                table.fault(f"row {row.number}", f"{name} {fault}")
             columns[name].append(value if value is not None else math.nan)
+    if fault := units.pretension_column_fault(columns.get("pretension_n", [])):
+        table.fault("", fault)
     if not table.rows and not table.faults:
         table.fault("", "holds no trials; add one row a trial below the first line")
     return columns, table.shown_faults()

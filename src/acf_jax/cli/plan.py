@@ -85,8 +85,6 @@ def command(
     )
     for r in rows:
         first = library()[r.effect].parameters()[0]
-        size = (
-            "not at all" if r.smallest is None or r.smallest > first.high else f"{r.smallest:10.3g} {r.unit}"
-        )
+        size = "not at all" if r.smallest is None else f"{r.smallest:10.3g} {r.unit}"
         twins = f"   not told apart from {', '.join(r.confused_with)}" if r.confused_with else ""
         click.echo(f"  {r.effect:20s} {first.name:24s} {size}{twins}")

@@ -15,12 +15,13 @@ from acf_jax.files import inside
 
 _CONDITION = ("trial", "contact_velocity_m_per_s", "pretension_n")
 _RESULT = ("peak_force_n", "trace")
+_PARTS = ("dataset.yaml", "trials.csv", "traces")  # of a data set
 _SAFE_NAME = re.compile(r"\w([\w .+-]{0,98}\w)?", re.ASCII)
 
 
 def data_sets(folder: Path) -> list[str]:
-    """The names of the data sets in a folder; `InputError` where there is none."""
-    names = sorted(p.parent.name for p in folder.glob("*/dataset.yaml"))
+    """The names of the data sets in a folder, incomplete ones included; `InputError` where there is none."""
+    names = sorted({path.parent.name for part in _PARTS for path in folder.glob(f"*/{part}")})
     if not names:
         raise InputError(
             f"{folder}: holds no data sets; name a folder whose folders hold a dataset.yaml each"

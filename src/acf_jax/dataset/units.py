@@ -44,6 +44,7 @@ CONTACT_STIFFNESS = Limit(
 )
 VELOCITY = Limit("m/s", 1e-5, 5.0, "if it is in km/s, multiply by 1000", "if it is in mm/s, divide by 1000")
 PRETENSION = Limit("N", 0.0, 5e3, too_high="if it is in gf, multiply by 0.0098, if in mN, divide by 1000")
+PEAK_FORCE = Limit("N", 0.1, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
 FORCE_NOISE = Limit("N", 1e-6, 1e3, too_high="if it is in mN, divide by 1000")
 RELATIVE_STD = Limit("(a share)", 1e-6, 0.25, too_high="if it is in percent, divide by 100")
 

@@ -16,6 +16,7 @@ from acf_jax.diagnosis.space import RIG, Explanation, every_effect, starts
 from acf_jax.effects import library
 
 BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
+NOTHING = 1e-2  # standard deviations: less is rounding
 
 
 @dataclass(frozen=True)
@@ -77,10 +78,15 @@ def _by_first_strength(name: str) -> list[list[float]]:
 
 @dataclass(frozen=True)
 class Detectability:
-    """What a design of trials could say of one effect."""
+    """What a design of trials could say of one effect.
+
+    Its size is its first strength, and only where that alone moves nothing all its strengths in proportion.
+    """
 
     effect: str
-    smallest: float | None  # in the effect's own unit: detected with three standard deviations
+    smallest: (
+        float | None
+    )  # in the effect's own unit: detected with three standard deviations; None beyond its range
     unit: str
     distance_at_typical: float  # whitened distance of the typical size from all that the rig could imitate
     confused_with: tuple[str, ...]  # effects that these trials could not tell apart at the typical size
@@ -90,20 +96,16 @@ class Detectability:
 def detectability(observations: Observations, nominal: Fit) -> list[Detectability]:
     """For each effect, whether these trials could detect it and which effects they could not tell apart from it."""
     ground = Ground.of(observations, nominal)
-    projector = ground.projector
     names, shares, signals = [], [], []
-    for name, cls in library().items():
-        found = list(ground.signatures(name, _by_first_strength(name)))
-        if not found:
-            continue
-        left = np.array([projector.gram(s[None])[0, 0] for _, s, _ in found])
-        whole = np.array([projector.gram_of_nuisances(s[None])[0, 0] for _, s, _ in found])
-        start, strongest, _ = found[int(np.argmax(left))]
-        size = abs(start[0]) or 1.0
-        names.append(name)
-        shares.append(float(np.clip(1 - (left / np.maximum(whole, 1e-12)).min(), 0.0, 1.0)))
-        signals.append(strongest * (cls.parameters()[0].scale / size))
-    gram = projector.gram(np.stack(signals))
+    for name in library():
+        shown = _typical(ground, name, _by_first_strength(name))
+        if shown is not None and ground.projector.gram(shown[0][None])[0, 0] < NOTHING**2:
+            shown = _typical(ground, name, starts(name))
+        if shown is not None:
+            names.append(name)
+            signals.append(shown[0])
+            shares.append(shown[1])
+    gram = ground.projector.gram(np.stack(signals))
     distance = np.sqrt(np.maximum(np.diag(gram), 0.0))
     cosine = gram / np.maximum(np.outer(distance, distance), 1e-12)
     apart = np.minimum.outer(distance, distance) * np.sqrt(np.maximum(1 - cosine**2, 0.0))
@@ -111,8 +113,23 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
     for i, name in enumerate(names):
         confused = [names[j] for j in range(len(names)) if j != i and bayes_error(apart[i, j]) > BAYES_ERROR]
         first = library()[name].parameters()[0]
-        smallest = float(3 * first.scale / distance[i]) if distance[i] > 0 else None
+        smallest = (
+            float(3 * first.scale / distance[i]) if 3 * first.scale < distance[i] * first.high else None
+        )
         result.append(
             Detectability(name, smallest, first.unit, float(distance[i]), tuple(confused), shares[i])
         )
     return result
+
+
+def _typical(ground: Ground, name: str, begins: list[list[float]]) -> tuple[np.ndarray, float] | None:
+    """The signature (trials, n) of an effect's typical size, from the start that shows most, and the share absorbed."""
+    found = list(ground.signatures(name, begins))
+    if not found:
+        return None
+    left = np.array([ground.projector.gram(s[None])[0, 0] for _, s, _ in found])
+    whole = np.array([ground.projector.gram_of_nuisances(s[None])[0, 0] for _, s, _ in found])
+    start, strongest, _ = found[int(np.argmax(left))]
+    size = abs(start[0]) or 1.0
+    absorbed = float(np.clip(1 - (left / np.maximum(whole, 1e-12)).min(), 0.0, 1.0))
+    return strongest * (library()[name].parameters()[0].scale / size), absorbed

@@ -81,14 +81,14 @@ def _predict_unseen(
     peak = [
         peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0]
         if left.peak_only[i]
-        else _largest_reading(linear.predicted[i][left.used[i]], o.noise.std)
+        else largest_reading(linear.predicted[i][left.used[i]], o.noise.std)
         for i in range(len(left.names))
     ]
     residual = np.where(left.used, left.force - linear.predicted, 0.0)
     return residual, np.where(left.used, o.noise.std**2 + scatter, 0.0), np.array(peak)
 
 
-def _largest_reading(force: np.ndarray, noise_std: float) -> float:
+def largest_reading(force: np.ndarray, noise_std: float) -> float:
     """The largest of noisy samples as one expects it: above the largest force by one or two deviations."""
     noise = noise_std * np.random.default_rng(0).standard_normal((DRAWS, len(force)))
     return float((force + noise).max(1).mean())

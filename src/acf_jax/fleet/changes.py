@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
+from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.fleet.record import Change, Fleet, Rig
 from acf_jax.report.words import name_of
 
@@ -28,8 +29,9 @@ class Trend(NamedTuple):
 def find_changes(runs: Sequence[Fleet]) -> tuple[list[Change], list[Trend]]:
     """Changes of the last of `runs`, the greatest first, and every trend behind them.
 
-    A cause has changed where the earlier first explanation no longer stands: of two that the data cannot tell apart
-    now one comes first and now the other. A parameter has changed where the slope of the weighted straight line through
+    A cause has changed where each of two data sets rules out the first explanation of the other: of two that the data
+    cannot tell apart now one comes first and now the other, and better data may leave one. A cause outside the library
+    is another one at another component. A parameter has changed where the slope of the weighted straight line through
     its values is further from zero than chance would bring any of all trends in one of twenty runs (Bonferroni). Every
     run has the same prior, which pulls all values towards one: the true slope is rather steeper. Two explanations
     have no parameter in common that means the same, so values are compared within one.
@@ -40,8 +42,8 @@ def find_changes(runs: Sequence[Fleet]) -> tuple[list[Change], list[Trend]]:
         Change(rig=after.rig, what=CAUSE, before=_named(before), after=_named(after))
         for history in histories
         if len(history) > 1
-        and (before := history[-2][1]).first != (after := history[-1][1]).first
-        and before.first not in after.credible
+        and not _stands(before := history[-2][1], after := history[-1][1])
+        and not _stands(after, before)
     ]
     trends = [trend for history in histories for trend in _trends(history)]
     trends.sort(key=lambda trend: -abs(trend.sigmas))
@@ -72,9 +74,19 @@ def _history(runs: Sequence[dict[str, Rig]], name: str) -> list[tuple[int, Rig]]
     return history
 
 
+def _stands(leader: Rig, rig: Rig) -> bool:
+    """Whether the data of `rig` leave the first explanation of `leader` standing.
+
+    Where there is no gap, what stands beside it is too weak to matter: no data rule that out, and it is no cause.
+    """
+    if leader.first == rig.first == UNKNOWN:
+        return leader.component in (rig.component, *rig.components)
+    return leader.first == rig.first or (rig.verdict != "no_gap" and leader.first in rig.credible)
+
+
 def _trends(history: Sequence[tuple[int, Rig]]) -> list[Trend]:
     rig = history[-1][1]
-    alike = [(number, r) for number, r in history if r.first == rig.first]
+    alike = [(number, r) for number, r in history if _explanation(r) == _explanation(rig)]
     trends = []
     for name, estimate in rig.parameters.items():
         known = [(n, p) for n, r in alike if (p := r.parameters.get(name)) and p.std and not p.at_bound]
@@ -93,11 +105,17 @@ def _slope(run: np.ndarray, value: np.ndarray, std: np.ndarray) -> float:
     return float((weight * lever * value).sum() / np.sqrt((weight * lever**2).sum()))
 
 
+def _explanation(rig: Rig) -> tuple[tuple[str, ...], str | None]:
+    """The first explanation; where it is outside the library, with its component."""
+    return rig.first, rig.component if rig.first == UNKNOWN else None
+
+
 def _named(rig: Rig) -> str:
+    effects, component = _explanation(rig)
     try:
-        return name_of(rig.first)
+        return name_of(effects) + (f" at the {component}" if component else "")
     except KeyError:  # an effect of another version
-        return " and ".join(rig.first)
+        return " and ".join(effects)
 
 
 def _measured(trend: Trend, index: int) -> str:

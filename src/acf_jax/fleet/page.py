@@ -16,7 +16,8 @@ from acf_jax.report.words import VERDICTS, listed, name_of, percent
 def fleet_page(fleet: Fleet, trends: Sequence[Trend]) -> str:
     """The page of a run; `trends` as `find_changes` gives them."""
     rigs = [rig for rig in fleet.rigs if not rig.fault]
-    faults = [element("span", element("strong", rig.rig), ": ", rig.fault) for rig in fleet.rigs if rig.fault]
+    faults = [_fault(rig.rig, line) for rig in fleet.rigs for line in rig.fault.splitlines()]
+    faults += [_fault(name, f"in {fleet.since[-1]}, but not among these data sets") for name in fleet.missing]
     parts = [
         part("changes", "What changed", "What changed", _changes(fleet), figures.trend(fleet, trends)),
         part("faults", "No diagnosis", "Rigs without a diagnosis", bullets(faults) if faults else None),
@@ -38,12 +39,16 @@ def fleet_page(fleet: Fleet, trends: Sequence[Trend]) -> str:
     return page(f"Fleet: {fleet.label}", _head(fleet, rigs), [p for p in parts if p], foot)
 
 
+def _fault(rig: str, what: str) -> Html:
+    return element("span", element("strong", rig), ": ", what)
+
+
 def _head(fleet: Fleet, rigs: Sequence[Rig]) -> Html:
     counts = Counter(rig.verdict for rig in rigs)
     changed = len({change.rig for change in fleet.changes})
     said = f"{_count(len(fleet.rigs), 'rig')}"
     if fleet.since:
-        said += f", {changed or 'none'} of them changed since {fleet.since[-1]}"
+        said += f", {changed or 'none'} of them changed, compared with {listed(fleet.since)}"
     tiles = [
         element("div", element("dt", VERDICTS[name][0]), element("dd", counts[name], class_="value"))
         for name in VERDICTS

@@ -1,15 +1,17 @@
 """`fleet.json`: what the diagnoses of many rigs came to, in one line each."""
 
-import json
 from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from acf_jax import __version__
+from acf_jax.diagnosis.score import CREDIBLE
 from acf_jax.errors import InputError, shown
-from acf_jax.files import read_text
+from acf_jax.files import read_json_mapping
 
 SCHEMA: Literal["acf-gap-fleet/1"] = "acf-gap-fleet/1"
 FILE = "fleet.json"
@@ -40,13 +42,14 @@ class Rig(_Part):
     """One rig: its diagnosis, or why it has none."""
 
     rig: str  # the name of its folder
-    fault: str = ""
+    fault: str = ""  # a line each
     data: str = ""  # a hash of what the diagnosis was made of
     verdict: str = ""
     first: tuple[str, ...] = ()  # the most probable explanation
     probability: float | None = None  # of it
     credible: tuple[tuple[str, ...], ...] = ()  # the explanations that these data leave standing
     component: str | None = None  # where a cause most probably acts; None where there may be none
+    components: tuple[str, ...] = ()  # where these data leave it possible that one acts
     recalibrated_rms_n: float | None = None  # force error on unseen conditions, before the correction
     corrected_rms_n: float | None = None  # and after it
     peak_rms_percent: float | None = None  # peak error on unseen conditions, after it
@@ -74,6 +77,7 @@ class Fleet(_Part):
     finished: str  # UTC
     rigs: tuple[Rig, ...]
     since: tuple[str, ...] = ()  # labels of the earlier runs, oldest first
+    missing: tuple[str, ...] = ()  # rigs of the last of them that are not there now
     changes: tuple[Change, ...] = ()
 
     @model_validator(mode="after")
@@ -96,6 +100,7 @@ def rig_of(name: str, data: str, content: dict[str, Any]) -> Rig:
         probability=first["probability"],
         credible=content["credible_set"],
         component=max(component, key=component.__getitem__) if first["effects"] else None,
+        components=tuple(name for name, p in component.items() if p >= 1 - CREDIBLE),
         recalibrated_rms_n=gap["recalibrated"]["force_rms_n"],
         corrected_rms_n=gap["corrected"]["force_rms_n"],
         peak_rms_percent=gap["corrected"]["peak_rms_percent"],
@@ -110,12 +115,24 @@ def rig_of(name: str, data: str, content: dict[str, Any]) -> Rig:
 
 def read_fleet(folder: Path) -> Fleet:
     """The record in a folder that `fleet` wrote; `InputError` says what is wrong with it."""
-    path = folder / FILE
+    path, remedy = folder / FILE, "name a folder that `fleet` wrote"
     try:
-        return Fleet.model_validate(json.loads(read_text(path)))
+        return Fleet.model_validate(read_json_mapping(path, remedy))
     except ValidationError as error:
         found = [(".".join(map(str, e["loc"])), e["msg"].lower()) for e in error.errors()[:5]]
         problems = [f"{key}: {what}" if key else what for key, what in found]
-    except (ValueError, RecursionError) as error:
-        problems = [f"is not JSON ({error})"]
-    raise InputError([f"{path}: {problem}; name a folder that `fleet` wrote" for problem in problems])
+    raise InputError([f"{path}: {problem}; {remedy}" for problem in problems])
+
+
+def read_fleets(folders: Sequence[Path]) -> list[Fleet]:
+    """The records of earlier runs, which must be in the order in which they ended."""
+    runs = [read_fleet(folder) for folder in folders]
+    disorder = [
+        f"{folder / FILE}: ended {run.finished}, but {last.label}, named before it, {last.finished}; name the oldest"
+        " first. Where an older one was made again, run the later ones again too: nothing is diagnosed twice"
+        for (_, last), (folder, run) in pairwise(zip(folders, runs, strict=True))
+        if run.finished < last.finished
+    ]
+    if disorder:
+        raise InputError(disorder)
+    return runs

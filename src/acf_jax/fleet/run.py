@@ -13,12 +13,13 @@ import numpy as np
 from acf_jax import __version__
 from acf_jax.dataset import GapDataset, data_sets, read_dataset
 from acf_jax.errors import InputError
-from acf_jax.files import read_text, write_text
+from acf_jax.files import read_json_mapping, read_text, write_text
 from acf_jax.fleet.record import Fleet, Rig, rig_of
 from acf_jax.folders import read_folder, write_folder
 from acf_jax.workers import Where, run_all
 
 DIAGNOSIS = "diagnosis.json"
+WRITTEN = (DIAGNOSIS, "model.json", "report.html")
 SOURCE = "source.json"  # of which data a diagnosis was made, beside it
 
 Task = tuple[GapDataset, int]  # a data set and the seed
@@ -48,7 +49,7 @@ def run_fleet(
 ) -> Fleet:
     """Diagnose the data sets of `folder` into folders of the same names in `out`.
 
-    A diagnosis that is there already stays if it was made of the same data, with the same seed and version.
+    A diagnosis that is there already stays if it is whole and made of the same data, with the same seed and version.
 
     **Arguments:** `report`: told how many rigs of how many are done.
 
@@ -57,7 +58,7 @@ def run_fleet(
     **Raises:** `InputError` where the folder holds no data sets, or the processes cannot be had.
     """
     names = data_sets(folder)
-    faults: dict[str, str] = {}
+    rigs: dict[str, Rig] = {}
     sources: dict[str, Source] = {}
     done = 0
 
@@ -70,12 +71,14 @@ def run_fleet(
             try:
                 dataset = read_dataset(folder / name)
             except InputError as error:
-                faults[name] = str(error)
+                rigs[name] = Rig(rig=name, fault=str(error))
             else:
                 sources[name] = Source(_digest(dataset), seed)
-                if not _is_made(out / name, sources[name]):
+                made = _made(out / name, sources[name])
+                if made is None:
                     yield name, (dataset, seed)
                     continue
+                rigs[name] = made
             done += 1
             told()
 
@@ -83,20 +86,16 @@ def run_fleet(
     for name, outcome in run_all(work, missing(), where):
         done += 1
         if isinstance(outcome, Exception):
-            faults[name] = f"{folder / name}: the diagnosis failed ({type(outcome).__name__}: {outcome})"
+            why = " ".join(f"{type(outcome).__name__}: {outcome}".split())
+            rigs[name] = Rig(rig=name, fault=f"{folder / name}: the diagnosis failed ({why})")
         else:
             (out / name / SOURCE).unlink(missing_ok=True)
             write_folder(out / name, outcome)
             write_text(out / name / SOURCE, sources[name].text)  # last: with it the diagnosis is whole
+            rigs[name] = rig_of(name, sources[name].digest, json.loads(outcome[DIAGNOSIS]))
         told()
     finished = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())
-    rigs = [
-        Rig(rig=name, fault=faults[name])
-        if name in faults
-        else rig_of(name, sources[name].digest, json.loads(read_text(out / name / DIAGNOSIS)))
-        for name in names
-    ]
-    return Fleet(label=out.resolve().name, finished=finished, rigs=tuple(rigs))
+    return Fleet(label=out.resolve().name, finished=finished, rigs=tuple(rigs[name] for name in names))
 
 
 class Source(NamedTuple):
@@ -111,9 +110,16 @@ class Source(NamedTuple):
         return json.dumps(self._asdict()) + "\n"
 
 
-def _is_made(result: Path, source: Source) -> bool:
-    """Whether a whole diagnosis of this source is there."""
-    return (result / SOURCE).exists() and read_text(result / SOURCE) == source.text
+def _made(result: Path, source: Source) -> Rig | None:
+    """The line of a rig whose diagnosis of this source is there; None where a file of it is missing or broken."""
+    try:
+        if read_text(result / SOURCE) != source.text or not all(
+            (result / file).is_file() for file in WRITTEN
+        ):
+            return None
+        return rig_of(result.name, source.digest, read_json_mapping(result / DIAGNOSIS, "diagnose again"))
+    except (AttributeError, LookupError, TypeError, ValueError):  # cut off, or written by hand
+        return None
 
 
 def _digest(dataset: GapDataset) -> str:

@@ -1,7 +1,5 @@
 """What to measure next, and what these trials could have seen at all."""
 
-import numpy as np
-
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.space import component_of, every_effect
 from acf_jax.diagnosis.verdict import DETECTABLE
@@ -84,8 +82,9 @@ def detectable(diagnosis: Diagnosis) -> Html:
         "p",
         formula(
             "Computed from the design of the trials and their noise, whatever the data say. Smallest detectable: three"
-            " standard deviations. Imitated by the rig: the share of the effect's signature that m, d, k_F and k_C"
-            " could produce as well, within what is known of them; refitting hides that much."
+            " standard deviations, within the effect's range; where its first strength alone changes nothing, with its"
+            " other strengths in proportion. Imitated by the rig: the share of the effect's signature that m, d, k_F"
+            " and k_C could produce as well, within what is known of them; refitting hides that much."
         ),
         class_="muted",
     )
@@ -95,7 +94,7 @@ def detectable(diagnosis: Diagnosis) -> Html:
 
 def _size(smallest: float | None, unit: str, effect: str) -> Html | str:
     meaning = every_effect()[effect].parameters()[0].meaning
-    if smallest is None or not np.isfinite(smallest):
+    if smallest is None:
         return "none"
     return formula(f"{si(smallest, 2, unit)} ({meaning})")
 

@@ -5,18 +5,21 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Int
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.forward import forward, unpack
+from acf_jax.diagnosis.forward import unpack
 from acf_jax.diagnosis.sample import first_loss
 from acf_jax.diagnosis.score import UNKNOWN, is_port
 from acf_jax.diagnosis.space import component_of
 from acf_jax.effects import Motion
+from acf_jax.effects._interface import Scalar
 from acf_jax.model import Impact
 from acf_jax.report.markup import Html
 from acf_jax.report.plot import Variant, axis, plot, series
 from acf_jax.report.words import condition, percent
+from acf_jax.simulator.simulate import Moving, advance, make_system, start
 
 SHOWN = 5  # conditions, one for each colour of the scale
 POINTS = 150  # of a curve
@@ -93,54 +96,36 @@ def unknown_cause(diagnosis: Diagnosis) -> Html | None:
 
 
 def along(fitted: Fit, v_e: np.ndarray, f_p: np.ndarray, ends: np.ndarray) -> list[Course]:
-    """The discrepancy of a port's fit along impacts until contact is lost, at the latest until `ends` (s).
-
-    The fitted contact force drives the flange, m x'' + d x' + k_F x = F_C + F_discrepancy, by Heun's method.
-    """
-    grid = fitted.grid
-    theta = fitted.theta[:-1]
-    forces = forward(fitted.explanation, theta, v_e, f_p, grid)
-    rig, (effect,) = unpack(fitted.explanation, jnp.asarray(theta))
+    """The discrepancy of a port's fit along impacts until contact is lost, at the latest until `ends` (s)."""
+    h, steps = fitted.grid.h, fitted.grid.steps
+    rig, (effect,) = unpack(fitted.explanation, jnp.asarray(fitted.theta[:-1]))
     component = component_of(fitted.explanation[0])
 
-    def see(t, y, f_c, impact):  # type: ignore[no-untyped-def]
-        x, x_dot, own = y
-        shift, shift_rate = effect.robot_displacement(rig, impact, t, own)
-        s, s_dot = impact.v_e * t + shift - x, impact.v_e + shift_rate - x_dot
-        return Motion(rig, impact, t, x, x_dot, s, s_dot, impact.f_p, f_c), shift
+    def one(v: Scalar, f: Scalar) -> tuple[Motion, Scalar]:
+        system = make_system(rig, Impact(v, f), (effect,), fitted.grid.pull)
 
-    def rates(t, y, f_c, impact):  # type: ignore[no-untyped-def]
-        motion, _ = see(t, y, f_c, impact)
-        x_ddot = (f_c + effect.force_on_mass(motion, y[2]) - rig.d * y[1] - rig.k_f * y[0]) / rig.m
-        return y[1], x_ddot, effect.rates(motion, x_ddot, y[2])
+        def added(motion: Motion, moving: Moving) -> Scalar:
+            own = jnp.array(moving.y.own[0], float)
+            match component:
+                case "actuator":
+                    return effect.force_on_mass(motion, own)
+                case "contact":
+                    return effect.contact_force(motion, own)
+                case "robot":
+                    return 1e3 * effect.robot_displacement(rig, motion.impact, motion.t, own)[0]
+            return moving.signals[-1] - moving.signals[0]
 
-    def one(v, f, contact):  # type: ignore[no-untyped-def]
-        impact, h = Impact(v, f), grid.h
+        def step(moving: Moving, k: Int[Array, ""]) -> tuple[Moving, tuple[Motion, Scalar]]:
+            motion = system.motion(k * h, moving.y)
+            return advance(system, k, jnp.asarray(h), moving), (motion, added(motion, moving))
 
-        def step(y, k):  # type: ignore[no-untyped-def]
-            motion, shift = see(k * h, y, contact[k], impact)
-            added = {
-                "actuator": effect.force_on_mass(motion, y[2]),
-                "contact": effect.contact_force(motion, y[2]),
-                "robot": 1e3 * shift,
-                "sensor": jnp.zeros(()),
-            }[component]
-            seen = jnp.stack([motion.x, motion.x_dot, motion.s, motion.s_dot, jnp.asarray(added)])
-            a = rates(k * h, y, contact[k], impact)
-            ahead = jax.tree.map(lambda p, q: p + h * q, y, a)
-            b = rates((k + 1) * h, ahead, contact[k + 1], impact)
-            return jax.tree.map(lambda p, q, r: p + h / 2 * (q + r), y, a, b), seen
+        return jax.lax.scan(step, start(system, jnp.asarray(h)), jnp.arange(steps))[1]
 
-        start = (jnp.zeros(()), jnp.zeros(()), jnp.zeros(effect.n_own))
-        return jax.lax.scan(step, start, jnp.arange(grid.steps))[1]
-
-    seen = np.asarray(jax.jit(jax.vmap(one))(v_e, f_p, forces.contact))
+    motions, discrepancy = jax.tree.map(np.asarray, jax.jit(jax.vmap(one))(v_e, f_p))
     courses = []
     for i, end in enumerate(ends):
-        stop = min(int(end / grid.h) + 1, int(first_loss(forces.contact[i])), grid.steps)
+        stop = min(int(end / h) + 1, int(first_loss(motions.f_c[i])), steps)
         k = np.unique(np.linspace(0, stop - 1, min(POINTS, stop)).astype(int))
-        x, x_dot, s, s_dot, added = seen[i, k].T
-        if component == "sensor":
-            added = forces.sensed[i, k] - forces.contact[i, k]
-        courses.append(Course(1e3 * grid.h * k, 1e3 * x, x_dot, 1e3 * s, s_dot, forces.contact[i, k], added))
+        m = jax.tree.map(lambda values, i=i, k=k: values[i, k], motions)
+        courses.append(Course(1e3 * m.t, 1e3 * m.x, m.x_dot, 1e3 * m.s, m.s_dot, m.f_c, discrepancy[i, k]))
     return courses

@@ -10,11 +10,10 @@ from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.diagnosis.separate import BAYES_ERROR
 from acf_jax.diagnosis.space import parameters
 from acf_jax.report.markup import Html, bullets, details, element, formula, join, table
-from acf_jax.report.plot import Variant, axis, plot, series
+from acf_jax.report.plot import Variant, axis, bars, plot
 from acf_jax.report.words import headed, likelihood, listed, name_of, percent, si
 
 BARS = 6  # explanations that the figure shows
-LEAST = 1e-6  # of a bar: Plotly writes no text beside an empty one
 WIDTH = 22  # characters of a line of a bar's label
 
 
@@ -23,17 +22,8 @@ def probabilities(content: dict[str, Any]) -> Html:
     explanations = [(tuple(e["effects"]), e["probability"]) for e in content["explanations"]]
     shown = explanations[:BARS] + [e for e in explanations[BARS:] if e[0] in ((), UNKNOWN)]
     shown = shown[::-1]
-    data = {
-        "type": "bar",
-        "orientation": "h",
-        "y": [f"{_wrapped(headed(name_of(e)))}<br><i>{likelihood(p)}</i>" for e, p in shown],
-        "x": series(max(p, LEAST) for _, p in shown),
-        "marker": {"color": "--bar"},
-        "text": [percent(p) for _, p in shown],
-        "textposition": ["inside" if p > 0.5 else "outside" for _, p in shown],
-        "insidetextfont": {"color": "--on-high"},
-        "hoverinfo": "skip",
-    }
+    labels = [f"{_wrapped(headed(name_of(e)))}<br><i>{likelihood(p)}</i>" for e, p in shown]
+    data = bars(labels, [p for _, p in shown])
     layout = {"xaxis": axis("probability", range=[0, 1], tickformat=".0%"), "yaxis": {"type": "category"}}
     caption = "‘Nothing unmodelled’: parameter error and noise alone. Words as the IPCC uses them."
     return plot("evidence", "Explanations", caption, [Variant("", [data])], layout, 80 + 60 * len(shown))

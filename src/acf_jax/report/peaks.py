@@ -4,20 +4,24 @@ import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.predict import Prediction
+from acf_jax.diagnosis.validate import largest_reading
 from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.outlook import Curves, Outlook
 from acf_jax.report.plot import CONTACT, LINES, Variant, axis, plain, plot, series
 from acf_jax.report.words import condition, percent
+
+NOISE = "what noise adds to the largest sample of a trace"
 
 
 def over_velocity(diagnosis: Diagnosis, look: Outlook) -> Html:
     """Peak force over contact velocity with a choice of pretension, in N and against the nominal model."""
     variants = [_variant(diagnosis, curves, relative) for relative in (False, True) for curves in look.curves]
     layout = {"xaxis": axis("contact velocity / (m/s)")}
+    noisy = "" if diagnosis.observations.peak_only.all() else f" All but it hold {NOISE}."
     caption = (
         "Corrected, sensed: what the sensor reads. Corrected, contact: what acts between robot and flange; judge safety"
-        " by it. The band is ± 2 standard deviations of the corrected contact peak. Between the tried velocities the"
-        " models interpolate."
+        f" by it.{noisy} The band is ± 2 standard deviations of the corrected contact peak. Between the tried"
+        " velocities the models interpolate."
     )
     title = "Peak force over contact velocity"
     return plot("peaks", title, caption, variants, layout, 400, "Pretension", len(look.curves) // 2)
@@ -27,15 +31,17 @@ def _variant(d: Diagnosis, curves: Curves, relative: bool) -> Variant:
     v = series(curves.v_e, 4)
     mode = "lines" if len(v) > 1 else "markers"
     corrected = curves.by_model["corrected"]
-    nominal = np.array([p.peak_force for p in curves.by_model["nominal"]])
+    noise_std = 0.0 if d.observations.peak_only.all() else d.observations.noise.std
+    sensed = {name: np.array([_reading(p, noise_std) for p in curves.by_model[name]]) for name in LINES}
+    noise_free = np.array([p.peak_force for p in curves.by_model["nominal"]])
 
-    def shown(force: np.ndarray, at: np.ndarray = curves.v_e) -> list[float | None]:
+    def shown(force: np.ndarray, nominal: np.ndarray, at: np.ndarray = curves.v_e) -> list[float | None]:
         return series(100 * (force / np.interp(at, curves.v_e, nominal) - 1) if relative else force)
 
     peak, std = (np.array([getattr(p, f"contact_peak_force{x}") for p in corrected]) for x in ("", "_std"))
     band = {
         "x": [*v, *v[::-1]],
-        "y": shown(peak + 2 * std) + shown(np.maximum(peak - 2 * std, 0))[::-1],
+        "y": shown(peak + 2 * std, noise_free) + shown(np.maximum(peak - 2 * std, 0), noise_free)[::-1],
         "fill": "toself",
         "fillcolor": "--band",
         "mode": "lines",
@@ -45,17 +51,20 @@ def _variant(d: Diagnosis, curves: Curves, relative: bool) -> Variant:
     }
     data = [band]
     for name, line in LINES.items():
-        sensed = np.array([p.peak_force for p in curves.by_model[name]])
         label = "corrected, sensed" if name == "corrected" else name
-        data.append({"x": v, "y": shown(sensed), "mode": mode, "line": line, "name": label})
-    data.append({"x": v, "y": shown(peak), "mode": mode, "line": CONTACT, "name": "corrected, contact"})
+        data.append(
+            {"x": v, "y": shown(sensed[name], sensed["nominal"]), "mode": mode, "line": line, "name": label}
+        )
+    data.append(
+        {"x": v, "y": shown(peak, noise_free), "mode": mode, "line": CONTACT, "name": "corrected, contact"}
+    )
     o = d.observations
     here = np.isclose(o.f_p, curves.f_p, rtol=0.02)
     measured = d.held["corrected"].measured_peak[here]
     data.append(
         {
             "x": series(o.v_e[here], 4),
-            "y": shown(measured, o.v_e[here]),
+            "y": shown(measured, sensed["nominal"], o.v_e[here]),
             "mode": "markers",
             "marker": {"color": "--measured", "size": 7, "symbol": "x-thin-open", "line": {"width": 2}},
             "name": "measured",
@@ -82,18 +91,26 @@ def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
     for number in np.unique(o.condition):
         here = np.flatnonzero(o.condition == number)
         at = look.trials[o.names[here[0]]]
+        sensed = np.mean([_reading(at, 0.0 if o.peak_only[i] else o.noise.std) for i in here])
         rows.append(
             (
                 condition(o.v_e[here[0]], o.f_p[here[0]]),
                 f"{measured[here].mean():.1f} N" + (f" (mean of {len(here)})" if len(here) > 1 else ""),
-                f"{at.peak_force:.1f} ± {at.peak_force_std:.1f} N",
+                f"{sensed:.1f} ± {at.peak_force_std:.1f} N",
                 f"{at.contact_peak_force:.1f} ± {at.contact_peak_force_std:.1f} N",
                 percent(round(_reads(at), 3) + 0.0, 1, signed=True),
                 f"{1e3 * at.peak_time:.2f} ms",
             )
         )
     head = ("Condition", "Measured", "Sensed", "At the contact", "Sensor reads", "Peak after")
-    return details("Peaks at each condition", table("Corrected model, ± one standard deviation", head, rows))
+    said = "Corrected model, ± one standard deviation"
+    said += "" if o.peak_only.all() else f"; measured and sensed hold {NOISE}"
+    return details("Peaks at each condition", table(said, head, rows))
+
+
+def _reading(at: Prediction, noise_std: float) -> float:
+    """The largest sample that a trace is expected to hold, as the held-out errors have it, N."""
+    return largest_reading(at.force, noise_std) if noise_std else at.peak_force
 
 
 def _reads(at: Prediction) -> float:

@@ -11,12 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from acf_jax.report.markup import Html, element, formula
+from acf_jax.report.words import percent
 
 NOMINAL = {"color": "--nominal", "dash": "dot", "width": 2}
 RECALIBRATED = {"color": "--recalibrated", "dash": "dash", "width": 2}
 CORRECTED = {"color": "--corrected", "width": 2.5}
 CONTACT = {"color": "--contact", "dash": "longdashdot", "width": 2}
 LINES = {"nominal": NOMINAL, "recalibrated": RECALIBRATED, "corrected": CORRECTED}
+LEAST = 1e-6  # of a bar: Plotly writes no text beside an empty one
 SYMBOLS = {"nominal": "triangle-up", "recalibrated": "square", "corrected": "circle"}
 
 
@@ -63,6 +65,21 @@ def plot(
     )
     data = element("script", Html(_json(content)), type="application/json", id=f"{name}-data")
     return element("figure", *parts, drawing, data, element("figcaption", formula(caption)))
+
+
+def bars(labels: Sequence[str], values: Sequence[float]) -> dict[str, Any]:
+    """A bar for each probability, its percentage within or beside it; the last one is on top."""
+    return {
+        "type": "bar",
+        "orientation": "h",
+        "y": list(labels),
+        "x": series(max(p, LEAST) for p in values),
+        "marker": {"color": "--bar"},
+        "text": [percent(p) for p in values],
+        "textposition": ["inside" if p > 0.5 else "outside" for p in values],
+        "insidetextfont": {"color": "--on-high"},
+        "hoverinfo": "skip",
+    }
 
 
 def axis(title: str, **options: Any) -> dict[str, Any]:

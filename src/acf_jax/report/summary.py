@@ -67,7 +67,7 @@ def _speed(curves: Curves, limit: float) -> str:
     if force[0] > limit:
         return f"{below}, the speed has to be lower than any that was tried."
     v = float(np.interp(limit, np.maximum.accumulate(force), curves.v_e))
-    return f"{below}, touch down at no more than {np.floor(1e3 * v) / 1e3:.3g} m/s."
+    return f"{below}, touch down at no more than {np.floor(1e3 * v) / 1e3:g} m/s."
 
 
 def _tiles(d: Diagnosis, content: dict[str, Any]) -> Html:

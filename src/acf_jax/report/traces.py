@@ -8,7 +8,7 @@ from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.report.markup import Html
 from acf_jax.report.outlook import Outlook
 from acf_jax.report.plot import CONTACT, LINES, Variant, axis, plot, series
-from acf_jax.report.words import condition
+from acf_jax.report.words import condition, has_unseen
 
 MOST = 60  # trials that the page carries; the others are in the data set
 
@@ -32,11 +32,15 @@ def overlay(diagnosis: Diagnosis, look: Outlook) -> Html | None:
         "yaxis2": axis("measured − model / N", domain=[0, 0.32]),
     }
     more = f" The {MOST} trials with the largest gap can be chosen." if (~o.peak_only).sum() > MOST else ""
+    by = (
+        "by a fit that did not see the trial's condition; the contact force by the fit to all trials"
+        if has_unseen(d)
+        else "by the fit to all trials: they have one condition, so none is unseen"
+    )
     caption = (
-        "Every curve is predicted at the commanded velocity and pretension by a fit that did not see the trial's"
-        " condition. Nominal: the paper's model with the rig's nominal parameters; recalibrated: the same refitted."
-        " Below: what each model misses; the band is ± 2 standard deviations of the noise. A click on"
-        f" the legend hides a curve.{more}"
+        f"Every curve is predicted at the commanded velocity and pretension, {by}. Nominal: the paper's model with the"
+        " rig's nominal parameters; recalibrated: the same refitted. Below: what each model misses; the band is"
+        f" ± 2 standard deviations of the noise. A click on the legend hides a curve.{more}"
     )
     title = "Measured and predicted force"
     return plot("overlay", title, caption, variants, layout, 520, "Trial", rows.index(first))

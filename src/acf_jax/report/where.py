@@ -5,30 +5,18 @@ import numpy as np
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.where import PHASES, ConditionGap
 from acf_jax.report.markup import Html, element
-from acf_jax.report.plot import Variant, axis, plot, series
-from acf_jax.report.words import condition, listed, percent
+from acf_jax.report.plot import Variant, axis, bars, plot, series
+from acf_jax.report.words import condition, has_unseen, listed, percent
 
-LEAST = 1e-6  # of a bar: Plotly writes no text beside an empty one
 ROWS = 24  # conditions that the map shows
 
 
 def components(diagnosis: Diagnosis) -> Html:
     """Probability that a cause acts at each component."""
     names, shares = list(diagnosis.component)[::-1], list(diagnosis.component.values())[::-1]
-    data = {
-        "type": "bar",
-        "orientation": "h",
-        "y": names,
-        "x": series(max(p, LEAST) for p in shares),
-        "marker": {"color": "--bar"},
-        "text": [percent(p) for p in shares],
-        "textposition": ["inside" if p > 0.5 else "outside" for p in shares],
-        "insidetextfont": {"color": "--on-high"},
-        "hoverinfo": "skip",
-    }
     layout = {"xaxis": axis("probability that a cause acts there", range=[0, 1], tickformat=".0%")}
     caption = "Unknown causes included. Two causes at different components count at both."
-    return plot("component", "At which component", caption, [Variant("", [data])], layout, 240)
+    return plot("component", "At which component", caption, [Variant("", [bars(names, shares)])], layout, 240)
 
 
 def gap_map(diagnosis: Diagnosis) -> Html:
@@ -66,9 +54,12 @@ def gap_map(diagnosis: Diagnosis) -> Html:
     hidden = f" The {ROWS} conditions with the largest share are shown." if len(found) > ROWS else ""
     what = "squared error beyond noise and trial-to-trial spread" if phased else "squared error of the peak"
     units = " Phases in units of the recalibrated model's peak time t_max." if phased else ""
-    caption = (
-        f"Share of the recalibrated model's {what}, on conditions that the fit did not see.{units}{hidden}"
+    seen = (
+        "on conditions that the fit did not see"
+        if has_unseen(diagnosis)
+        else "on the one condition of the fit"
     )
+    caption = f"Share of the recalibrated model's {what}, {seen}.{units}{hidden}"
     title = "In which phase, at which condition" if phased else "At which condition"
     height = 80 + 30 * len(shown)
     return plot("map", title, caption, [Variant("", [data])], layout, height)

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.score import UNKNOWN, Scored
 from acf_jax.diagnosis.space import Explanation, component_of, every_effect
@@ -76,6 +78,11 @@ def listed(items: Sequence[str], last: str = "and") -> str:
 def condition(v_e: float, f_p: float) -> str:
     """A condition of a trial."""
     return f"{v_e:.3g} m/s, {f_p:.3g} N"
+
+
+def has_unseen(diagnosis: Diagnosis) -> bool:
+    """Whether there is a condition that a fit to the others does not see."""
+    return len(np.unique(diagnosis.observations.condition)) > 1
 
 
 def si(value: float, digits: int = 4, unit: str = "1") -> str:

@@ -51,18 +51,26 @@ def make_case(
     Arguments:
         seed: of everything drawn.
         effects: names of causes of the world; none at all for the paper's model.
-        size: of every effect, near 0 for its neutral limit and 1 for clear.
+        size: of every effect, above 0: near 0 for its neutral limit, 1 for clear.
         target: instead of `size`: the whitened distance that each effect shall have by itself.
         world: name of the world.
         coloured: whether the noise is coloured; drawn (a fifth of the cases) where absent.
 
     Raises:
-        InputError: where the world or an effect of it does not exist.
+        InputError: where the world or an effect of it does not exist, an effect is named twice, or a size or target is
+            not above 0.
     """
     engine = find_world(world)
     known = engine.causes()
     if strangers := sorted(set(effects) - set(known)):
         raise InputError(f"world '{world}' has no cause {', '.join(strangers)}; it has {', '.join(known)}")
+    if twice := sorted({name for name in effects if list(effects).count(name) > 1}):
+        raise InputError(f"effects: {', '.join(twice)} is named more than once; name each effect once")
+    for key, value in (("size", size), ("target", target)):
+        if value is not None and not 0 < value < np.inf:
+            raise InputError(
+                f"{key} must be above 0, but is {value:g}; leave effects out for the paper's model"
+            )
     rng = np.random.default_rng(seed)
     drawn = bool(rng.random() < 0.2)
     setup = draw_setup(rng, drawn if coloured is None else coloured)
