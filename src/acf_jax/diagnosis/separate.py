@@ -84,9 +84,7 @@ class Detectability:
     """
 
     effect: str
-    smallest: (
-        float | None
-    )  # in the effect's own unit: detected with three standard deviations; None beyond its range
+    smallest: float | None  # in the effect's own unit, detected with three standard deviations; None: beyond its range
     unit: str
     distance_at_typical: float  # whitened distance of the typical size from all that the rig could imitate
     confused_with: tuple[str, ...]  # effects that these trials could not tell apart at the typical size
@@ -113,9 +111,8 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
     for i, name in enumerate(names):
         confused = [names[j] for j in range(len(names)) if j != i and bayes_error(apart[i, j]) > BAYES_ERROR]
         first = library()[name].parameters()[0]
-        smallest = (
-            float(3 * first.scale / distance[i]) if 3 * first.scale < distance[i] * first.high else None
-        )
+        is_within = 3 * first.scale < distance[i] * first.high
+        smallest = float(3 * first.scale / distance[i]) if is_within else None
         result.append(
             Detectability(name, smallest, first.unit, float(distance[i]), tuple(confused), shares[i])
         )
