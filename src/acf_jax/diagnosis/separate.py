@@ -84,7 +84,7 @@ class Detectability:
     """
 
     effect: str
-    smallest: float | None  # in the effect's own unit, detected with three standard deviations; None: beyond its range
+    smallest: float | None  # own unit; detected with three standard deviations; None: beyond its range
     unit: str
     distance_at_typical: float  # whitened distance of the typical size from all that the rig could imitate
     confused_with: tuple[str, ...]  # effects that these trials could not tell apart at the typical size
