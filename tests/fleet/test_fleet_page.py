@@ -49,6 +49,13 @@ def test_a_rig_whose_friction_grows_is_found() -> None:
         assert trend.sigmas == pytest.approx(slope / np.sqrt(covariance[0, 0]), abs=1e-9)
 
 
+def test_a_class_is_named_whole() -> None:
+    """One member alone would pass for the cause."""
+    both = (("coulomb_friction",), ("gravity",))
+    page = fleet_page(fleet("june", rig("a", "x", 2.0, credible=both, probability=0.5)), [])
+    assert "dry friction or constant force" in page
+
+
 def test_data_that_were_diagnosed_again_are_no_new_evidence() -> None:
     runs = [
         fleet("april", rig("a", "x", 2.0)),
@@ -168,7 +175,11 @@ def test_the_page_in_a_browser(page: str, tmp_path: Path) -> None:
             return [text[0] for text in shown.locator("table.sortable tbody th").all_inner_texts()]
 
         assert order() == ["a", "b", "c"]
-        for column, expected in {"Force error before": "abc", "Probability": "cab", "Rig": "abc"}.items():
+        for column, expected in {
+            "Force error before": "abc",
+            "Probability of the first": "cab",
+            "Rig": "abc",
+        }.items():
             shown.get_by_role("button", name=column, exact=True).tap()
             assert "".join(order()) == expected, column
         shown.get_by_role("button", name="Rig", exact=True).tap()

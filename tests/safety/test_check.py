@@ -12,7 +12,7 @@ from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.contact.tried import Tried
 from acf_jax.errors import InputError
 from acf_jax.safety.assumptions import assumptions
-from acf_jax.safety.check import Checker
+from acf_jax.safety.check import FASTER, Checker
 from acf_jax.safety.limits import BodyArea, body_of, limits_of, read_limits
 from acf_jax.safety.situation import Situation, read_situations
 from acf_jax.surrogate import load_surrogate
@@ -61,6 +61,8 @@ def test_the_standards_formula_is_for_a_body_that_recoils_and_the_lower_limit(ch
     small = checker(situation(contact_area=0.3, **masses)).standard_speed  # 380 N/cm^2 of 0.3 cm^2
     assert free is not None and small == pytest.approx(free * 114 / 300)
     assert checker(situation(contact="quasi_static", **masses)).standard_speed is None
+    slow, fast = (checker(situation(v=share * free, **masses)) for share in (0.99, 1.01))
+    assert FASTER in fast.cautions and FASTER not in slow.cautions
 
 
 def test_the_scatter_of_the_trials_counts() -> None:

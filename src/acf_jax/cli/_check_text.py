@@ -51,10 +51,6 @@ def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
         lines.append(f"  pressure {_pressure(a)}")
         lines.append(f"  highest allowed velocity here, by this model: {_highest(checker.highest_speed(s))}")
         lines.append(f"  ISO/TS 15066's own formula: {_standard(a)}")
-        if a.standard_speed is not None and s.v_e > a.standard_speed:
-            lines.append(
-                "    this contact is faster: it relies on the flange's stroke keeping the robot's mass away"
-            )
         lines.append(f"  decided by the {a.decided_by}; limits of {limits.source}")
         lines.append("It takes for granted that")
         lines += [f"  - {line}" for line in _assumptions(a, checker)]

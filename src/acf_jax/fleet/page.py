@@ -100,7 +100,7 @@ def _table(rigs: Sequence[Rig]) -> Html:
             [
                 (_link(rig.rig), rig.rig),
                 (element("span", tag, class_=f"tag {mood}"), list(VERDICTS).index(rig.verdict)),
-                (name_of(rig.first), " ".join(rig.first)),
+                (_explanation(rig), " ".join(rig.first)),
                 (percent(rig.probability), rig.probability),
                 (rig.component or "–", rig.component or ""),
                 (_number(rig.recalibrated_rms_n, "N"), rig.recalibrated_rms_n),
@@ -114,7 +114,7 @@ def _table(rigs: Sequence[Rig]) -> Html:
         "Rig",
         "Verdict",
         "First explanation",
-        "Probability",
+        "Probability of the first",
         "Acts at",
         "Force error before",
         "Force error after",
@@ -123,6 +123,12 @@ def _table(rigs: Sequence[Rig]) -> Html:
         "Warnings",
     )
     return sortable_table("The name leads to the rig's report; a column's name sorts by it.", head, rows)
+
+
+def _explanation(rig: Rig) -> str:
+    """The first explanation; where one is identified up to others that these trials cannot tell from it, all of them."""
+    alike = rig.credible if rig.verdict == "identified" else ()
+    return listed([name_of(effects) for effects in alike or (rig.first,)], "or")
 
 
 def _link(rig: str) -> Html:

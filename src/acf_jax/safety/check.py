@@ -22,6 +22,7 @@ from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 Verdict = Literal["allowed", "not allowed", "not decidable"]
 SEVERITY: dict[Verdict, int] = {"allowed": 0, "not decidable": 1, "not allowed": 2}
 NEAR = 1e-3  # of the limit: nearer to it the exact model decides
+FASTER = "a contact faster than v_max of the standard's formula relies on the flange's stroke to keep the robot's mass away"
 
 
 class Answer(NamedTuple):
@@ -136,7 +137,8 @@ class Checker:
         speed = standard_speed(s, area, lowest)
         force, above = (found.force, found.upper) if found.has_peak else (None, None)
         pressure = above / s.contact_area if above is not None and s.contact_area else None
-        cautions = (*self.cautions, area.caution) if area.caution else self.cautions
+        faster = FASTER if speed is not None and s.v_e > speed else ""
+        cautions = (*self.cautions, *filter(None, (area.caution, faster)))
         return Answer(
             s, area, verdict, tuple(reasons), cautions, force, above, force_limit, pressure, pressure_limit, speed, way
         )  # fmt: skip
