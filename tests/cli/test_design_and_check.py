@@ -50,6 +50,25 @@ def test_speed_is_the_papers_inverse(call):
     assert kept.exit_code == 0 and kept.output.splitlines()[1].endswith("1.0000")
 
 
+def test_a_slower_contact_is_found_for_a_high_probability(call):
+    asked = ("speed", "--model", RIG, "--f-p", "60", "--limit", "100", "--json", "--probability")
+    speeds = [json.loads(call(*asked, p).output)["speeds"][0]["v_e"] for p in ("0.999", "0.9999")]
+    assert 0.9 * speeds[0] < speeds[1] < speeds[0]
+
+
+def test_too_few_draws_of_a_simulated_model_are_refused(call, tmp_path):
+    model, config = tmp_path / "model.json", tmp_path / "design.yaml"
+    model.write_text(write_model(gap_model()))
+    found = faults(call, "speed", "--model", model, "--f-p", 70, "--limit", 110, "--probability", 0.999)
+    assert "--draws: a probability of 0.999 needs at least 20000 draws" in found
+    config.write_text(
+        "model: model.json\ngoal: fastest\nlimit: 110\nf_p: 70\nv_e: {low: 0.1, high: 0.3}\ndraws: 256\n"
+    )
+    assert "draws: a probability of 0.95 needs at least 400 draws" in faults(
+        call, "design", "--config", config
+    )
+
+
 def test_design_in_words_as_json_and_as_a_picture(call, tmp_path):
     plot = tmp_path / "design.html"
     config = tmp_path / "design.yaml"

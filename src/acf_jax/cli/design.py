@@ -80,6 +80,7 @@ def _read(path: Path, faults: list[str]) -> "tuple[Config, ContactModel]":
             start_jax()
             model = file.load()
             faults += _range_faults(path, question, model)
+            faults += _draws_faults(path, question.config, model)
     except InputError as error:
         raise InputError([*faults, *error.faults]) from None
     if faults or question.config is None or model is None:
@@ -104,6 +105,14 @@ def _model_file(path: Path, question: "Question", faults: list[str]) -> ModelFil
         except InputError as error:
             faults += [fault for fault in error.faults if fault not in faults]
     return None
+
+
+def _draws_faults(where: Path, config: "Config | None", model: "ContactModel") -> list[str]:
+    """What is wrong with the number of draws, once all else is sound."""
+    from acf_jax.design.chance import draws_fault
+
+    fault = draws_fault(model, config.probability, config.draws) if config else None
+    return [f"{where}: draws: {fault}"] if fault else []
 
 
 def _range_faults(where: Path, question: "Question", model: "ContactModel") -> list[str]:

@@ -34,10 +34,23 @@ Examples:
     help="Highest peak contact force, N; may be repeated.",
 )
 @click.option("--probability", default=0.95, show_default=True, type=float, help="That the limit holds.")
+@click.option(
+    "--draws",
+    default=8192,
+    show_default=True,
+    type=click.IntRange(256, 2**20),
+    help="Of everything uncertain; more where the probability needs them, which a simulated model has to be told.",
+)
 @click.option("--up-to", default=2.0, show_default=True, type=float, help="Highest velocity looked at, m/s.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
-    model_file: Path, f_p: float, limit: tuple[float, ...], probability: float, up_to: float, as_json: bool
+    model_file: Path,
+    f_p: float,
+    limit: tuple[float, ...],
+    probability: float,
+    draws: int,
+    up_to: float,
+    as_json: bool,
 ) -> None:
     """Highest contact velocity for a limit of the peak contact force, exact, under the parameters' uncertainty.
 
@@ -63,6 +76,7 @@ def command(
 
     start_jax()
     from acf_jax.contact.read import learnt_range
+    from acf_jax.design.chance import draws_fault
     from acf_jax.design.solve import Design, design
     from acf_jax.design.task import make_task
 
@@ -71,13 +85,18 @@ def command(
     least, most = learnt_range(model, "f_p") or (f_p, f_p)
     if not least <= f_p <= most:
         faults.append(f"--f-p must lie in the surrogate's {least:g} to {most:g} N, but is {f_p:g}")
+    if fault := draws_fault(model, probability, draws):
+        faults.append(f"--draws: {fault}")
     if slowest >= up_to:
         faults.append(f"--up-to must be above the surrogate's {slowest:g} m/s, but is {up_to:g}")
     if faults:
         raise InputError(faults)
     up_to = min(up_to, fastest)
     found = [
-        design(make_task(model, {"v_e": (slowest, up_to)}, {"f_p": f_p}, "fastest", force, probability))
+        design(
+            make_task(model, {"v_e": (slowest, up_to)}, {"f_p": f_p}, "fastest", force, probability),
+            draws=draws,
+        )
         for force in counted(limit, "limits")
     ]
     notes = list(dict.fromkeys(note for x in found if isinstance(x, Design) for note in x.notes))
