@@ -160,7 +160,7 @@ def test_every_fault_of_the_ranges_at_once(tmp_path: Path, capsys: pytest.Captur
     ranges = {
         "k_c": {"low": 1e4, "high": 2e4, "unit": "N/m"},  # leaves out the fitted 8e4
         "v_e": {"low": 0, "high": 0.3, "unit": "m/s"},
-        "gravity.force_n": {"low": -20, "high": 2, "unit": "kg"},
+        "gravity.force_n": {"low": -2e4, "high": 2, "unit": "kg"},
         "stroke": {"low": 0, "high": 1, "unit": "m"},
     }
     assert train(configuration(tmp_path, ranges=ranges), tmp_path / "run") == 2
@@ -169,6 +169,7 @@ def test_every_fault_of_the_ranges_at_once(tmp_path: Path, capsys: pytest.Captur
         "leaves out the fitted 80000",
         "needs a positive v_e",
         "unit must be N",
+        "gravity.force_n: -20000 to 2 kg leaves what it can be, -",
         "ranges.stroke: is no",
     ):
         assert part in said
