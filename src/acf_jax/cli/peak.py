@@ -1,5 +1,6 @@
 """`python -m acf_jax peak`: peak force and its time, for one rig and one or several contact velocities."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -162,7 +163,7 @@ def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: boo
         if row["has_peak"]:
             result = f"{row['f_max']:9.2f} N  {1e3 * row['t_max']:7.3f} ms"
             if file.is_trained:
-                result += f"  {row['error_bound']:16.2f} N"
+                result += f"  {math.ceil(100 * row['error_bound']) / 100:16.2f} N"
         click.echo(f"{row['v_e']:12.4g} m/s   {result}")
     for note in notes:
         click.echo(f"note: {note}")
