@@ -59,11 +59,11 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     domain = make_domain(config, model, law)
     if resume and (checkpoint := _checkpoint(config)).exists():
         read_state(checkpoint, _identity(config, gap))  # before labels are made that it may not belong to
-    if is_first():
-        begin(config, resume)
 
     start = clock()
     mesh = find_devices(config)
+    if is_first():
+        begin(config, resume)
     data = first_alone(lambda: _labels(config, domain, law, gap))
     timings["labels_s"] = clock() - start
     if is_first():

@@ -74,13 +74,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 def run(config: Config, resume: bool = False) -> dict[str, Any]:
     """Train and judge every feature set of the configuration; returns what metrics.json holds."""
     folder, timings, clock = config.output, {}, time.perf_counter
-    if is_first():
-        begin(config, resume)
     start = clock()
     train = make_training_set(config, find_devices(config))
     data = {purpose: make_data(config, purpose) for purpose in PURPOSES[1:]}
     if faults := evaluate.too_few({"train": train.sizes()} | {p: d.sizes() for p, d in data.items()}):
         raise InputError(faults)
+    if is_first():
+        begin(config, resume)
     timings["data_s"] = clock() - start
     if is_first():
         kept, apart = train.sizes().values()
