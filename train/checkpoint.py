@@ -1,5 +1,6 @@
 """The state of a training run between two chunks of steps."""
 
+import shutil
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -7,7 +8,11 @@ import jax
 import numpy as np
 
 from acf_jax.errors import InputError
+from acf_jax.files import write_text
 from acf_jax.surrogate.saved import read_header, read_leaves, write_tree
+from train.config import AnyConfig, to_yaml
+
+FOLDER = "checkpoints"  # of a run's folder
 
 
 class State(NamedTuple):
@@ -25,19 +30,33 @@ def save_state(path: Path, state: State, identity: dict[str, Any]) -> None:
     write_tree(path, header, (state.parameters, state.optimiser))
 
 
-def load_state(path: Path, like: State, identity: dict[str, Any]) -> State:
-    """The state at `path`, or `like`, the initial one, where there is none.
+def begin(config: AnyConfig, resume: bool) -> None:
+    """Make the run's folder this configuration's: of an earlier run no checkpoint is left, unless it is resumed."""
+    if not resume:
+        shutil.rmtree(config.output / FOLDER, ignore_errors=True)
+    if not resume or not (config.output / FOLDER).exists():
+        write_text(config.output / "config.yaml", to_yaml(config))
+
+
+def read_state(path: Path, identity: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+    """Header and body of a checkpoint.
 
     **Raises:** `InputError` when the file belongs to another configuration, or is damaged.
     """
-    if not path.exists():
-        return like
     header, body = read_header(path)
     if header.get("config") != identity:
         raise InputError(
-            f"{path}: was written with another configuration; resume with that one (config.yaml beside it), "
-            "or start afresh without --resume"
+            f"{path}: was written with another configuration; resume with that one, "
+            f"{path.parents[1] / 'config.yaml'}, or start afresh without --resume"
         )
+    return header, body
+
+
+def load_state(path: Path, like: State, identity: dict[str, Any]) -> State:
+    """The state at `path`, or `like`, the initial one, where there is none; `InputError` as in `read_state`."""
+    if not path.exists():
+        return like
+    header, body = read_state(path, identity)
     trees = read_leaves(path, body, (like.parameters, like.optimiser))
     return State(*trees, step=header["step"], losses=header["losses"])
 

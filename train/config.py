@@ -129,6 +129,9 @@ class TableRig(_Part):
     k_c: float = Field(gt=0)  # N/m
 
 
+BESIDE_RIG = ("relative_std", "tried")  # keys of a rig's file that Table 1 does not ask for
+
+
 class Table1(_Part):
     """The rig that stands for the paper's in Table 1; F_P and the velocities are configs/table1.csv's."""
 
@@ -250,7 +253,8 @@ def _include_rig(path: Path, values: dict[str, Any]) -> list[str]:
     if not isinstance(name, str):
         return []
     try:
-        values["table1"] = read_yaml_mapping(path.parent / name)
+        content = read_yaml_mapping(path.parent / name)
+        values["table1"] = {key: value for key, value in content.items() if key not in BESIDE_RIG}
     except InputError as error:
         values["table1"] = None
         return [f"{path}: table1: {fault}" for fault in error.faults]

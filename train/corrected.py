@@ -3,9 +3,9 @@
 import dataclasses
 import hashlib
 import json
-import shutil
 import time
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import equinox as eqx
@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh
 
+import acf_jax
 from acf_jax.contact.peak import Simulated
 from acf_jax.contact.read import by_surrogate, of_diagnosis
 from acf_jax.diagnosis.model_file import GapModel, read_model, write_model
@@ -29,10 +30,12 @@ from acf_jax.surrogate.corrected import (
 from acf_jax.surrogate.corrected_file import save_corrected
 from acf_jax.surrogate.load import with_dtype
 from acf_jax.surrogate.surrogate import Affine
+from train.checkpoint import FOLDER, begin, read_state
 from train.config import LABELLERS, CorrectedConfig
 from train.corrected_report import write_corrected_report
 from train.devices import Shards, find_devices, first_alone, is_first
 from train.domain import make_domain
+from train.evaluate import of_answer
 from train.judge import ask, joined, judge, misled, missed, search_worst, std_error, summary
 from train.labels import Labels, joined_labels, make_labels, make_simulator
 from train.loop import fit_network
@@ -54,10 +57,14 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     law = model.main.peak
     assert isinstance(law, Simulated)
     domain = make_domain(config, model, law)
+    if resume and (checkpoint := _checkpoint(config)).exists():
+        read_state(checkpoint, _identity(config, gap))  # before labels are made that it may not belong to
 
     start = clock()
     mesh = find_devices(config)
-    data = first_alone(lambda: _labels(config, domain, law, gap, resume or not is_first()))
+    if is_first():
+        begin(config, resume)
+    data = first_alone(lambda: _labels(config, domain, law, gap))
     timings["labels_s"] = clock() - start
     if is_first():
         print(
@@ -73,16 +80,17 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     wide, simulate = with_dtype(surrogate, float), make_simulator(law, config.labels.force)
     held_out = joined_labels(data["held_out"], data["held_out_edges"])
     known = [ask(wide, held_out), ask(wide, data["train"])]
+    even = ask(wide, data["held_out"])  # of the density in which shares are told
     known.append(search_worst(wide, simulate, held_out, missed, config.seed))
     tolerance = joined(known).tolerance()
     known.append(search_worst(wide, simulate, held_out, partial(misled, tolerance=tolerance), config.seed))
     seen = joined(known)
     least = max(0.5, float(misled(seen, tolerance).max()) + DISTANCE)
     held = seen.held(least)
-    if held.force.size < LEAST_SHARE * seen.force.size:
+    if even.held(least).force.size < LEAST_SHARE * even.force.size:
         raise InputError(
             "ranges: the network cannot tell for sure where the force grows beyond its first peak later, which it "
-            f"does in {100 * (1 - seen.is_first.mean()):.2g} % of the impacts; raise the lowest k_c, or lower the "
+            f"does in {100 * (1 - even.is_first.mean()):.2g} % of the impacts; raise the lowest k_c, or lower the "
             "highest k_f, d or mobility"
         )
     std = np.zeros(1)  # the sensor's reading is no force to hold within a limit
@@ -91,7 +99,7 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
         alone = dataclasses.replace(model, others=())
         few = answered[:: max(1, len(answered) // STD_SAMPLES)]
         std = std_error(alone, by_surrogate(alone, wide), few)
-    sizes = {"force": held.force, "time": held.time[held.is_first], "std": std}
+    sizes = {"force": of_answer(held.force), "time": held.time[held.is_first], "std": std}
     largest = {name: MARGIN * float(np.abs(errors).max()) for name, errors in sizes.items()}
     dtype = surrogate.x.scale.dtype
     bounds = Bounds(*(jnp.asarray(value, dtype) for value in (*largest.values(), least)))
@@ -118,13 +126,10 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     return metrics
 
 
-def _labels(
-    config: CorrectedConfig, domain: Domain, law: Simulated, gap: GapModel, resume: bool
-) -> dict[str, Labels]:
+def _labels(config: CorrectedConfig, domain: Domain, law: Simulated, gap: GapModel) -> dict[str, Labels]:
     """The samples of every purpose; `InputError` where too few of them have something to learn."""
-    if not resume:
-        shutil.rmtree(config.output / "labels", ignore_errors=True)
     identity = {
+        "version": acf_jax.__version__,
         "model": _fingerprint(gap),
         "force": config.labels.force,
         "seed": config.seed,
@@ -156,14 +161,22 @@ def _train(
     to_y = Affine(jnp.nanmean(y, 0), jnp.maximum(jnp.nanstd(y, 0), 1e-12))
     scaled = jax.vmap(to_x)(x), jax.vmap(to_y)(y)
     shards = Shards.of(mesh, *(np.asarray(column).astype(dtype) for column in scaled))
-    path = config.output / "checkpoints" / "corrected.eqx"
-    identity = config.identity() | {"model": _fingerprint(gap)}
+    path, identity = _checkpoint(config), _identity(config, gap)
     network, losses = fit_network(
         "corrected", shards, config.network, config.optimiser, config.seed, path, identity, resume
     )
     nothing = Bounds(*(jnp.zeros(()) for _ in range(4)))
     surrogate = CorrectedSurrogate(network, to_x, to_y, nothing, domain, config.labels.force)
     return with_dtype(surrogate, dtype), losses
+
+
+def _checkpoint(config: CorrectedConfig) -> Path:
+    return config.output / FOLDER / "corrected.eqx"
+
+
+def _identity(config: CorrectedConfig, gap: GapModel) -> dict[str, Any]:
+    """What the state of a run depends on."""
+    return config.identity() | {"model": _fingerprint(gap)}
 
 
 def _fingerprint(gap: GapModel) -> str:

@@ -18,6 +18,7 @@ from train.data import Labelled
 
 BOUND_BINS = 10
 MAP_CELLS = 20
+LEAST = 100  # samples with a peak that a purpose needs
 # the paper's Table 1: contact velocity, pretension, peak force measured and by its model
 TABLE1 = Path(__file__).parents[1] / "configs" / "table1.csv"
 
@@ -34,6 +35,21 @@ def ask(surrogate: Surrogate, data: Labelled) -> Answers:
     """The surrogate's answers to the samples that have a peak."""
     force, bound, u = (np.asarray(value)[data.has_peak] for value in _ask(surrogate, data.rig, data.impact))
     return Answers(force / data.f_max - 1, bound / data.f_max, u)
+
+
+def of_answer(error: np.ndarray) -> np.ndarray:
+    """Errors F_s/F - 1 as shares of the surrogate's force, which its bound is a share of: F/F_s - 1."""
+    return -error / (1 + error)
+
+
+def too_few(sizes: dict[str, dict[str, int]]) -> list[str]:
+    """What is wrong with ranges in which hardly any sample has a peak; `sizes` by purpose."""
+    return [
+        f"ranges: of the {sum(size.values()):,} samples for `{purpose}` {size['with_peak']:,} have a peak, and at "
+        f"least {LEAST} must; lower the highest zeta or k_f, or raise the lowest k_c or f_p"
+        for purpose, size in sizes.items()
+        if size["with_peak"] < LEAST
+    ]
 
 
 @eqx.filter_jit

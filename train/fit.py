@@ -19,6 +19,7 @@ import numpy as np
 import acf_jax
 from acf_jax.cli._ending import end_well, resumable
 from acf_jax.cli._json import echo_json
+from acf_jax.errors import InputError
 from acf_jax.start import start_jax
 from acf_jax.surrogate import Surrogate, load_surrogate, save_surrogate
 from acf_jax.surrogate.box import UNITS, Box
@@ -26,8 +27,9 @@ from acf_jax.surrogate.features import FEATURES, AbstractFeatures
 from acf_jax.surrogate.load import with_dtype
 from acf_jax.surrogate.surrogate import HeldOutError
 from train import corrected, evaluate
+from train.checkpoint import FOLDER, begin
 from train.config import Config, read_config
-from train.data import Labelled, make_data
+from train.data import PURPOSES, Labelled, make_data
 from train.devices import TrainingSet, find_devices, is_first, join_processes, make_training_set
 from train.loop import Diverged, fit_network
 from train.report import write_report
@@ -74,7 +76,11 @@ def run(config: Config, resume: bool = False) -> dict[str, Any]:
     folder, timings, clock = config.output, {}, time.perf_counter
     start = clock()
     train = make_training_set(config, find_devices(config))
-    data = {purpose: make_data(config, purpose) for purpose in ("held_out", "held_out_edges")}
+    data = {purpose: make_data(config, purpose) for purpose in PURPOSES[1:]}
+    if faults := evaluate.too_few({"train": train.sizes()} | {p: d.sizes() for p, d in data.items()}):
+        raise InputError(faults)
+    if is_first():
+        begin(config, resume)
     timings["data_s"] = clock() - start
     if is_first():
         kept, apart = train.sizes().values()
@@ -88,7 +94,7 @@ def run(config: Config, resume: bool = False) -> dict[str, Any]:
         surrogates[name] = bound_error(network, data["held_out"], data["held_out_edges"])
 
     start = clock()
-    test = {"box": make_data(config, "test"), "edges": make_data(config, "test_edges")}
+    test = {"box": data["test"], "edges": data["test_edges"]}
     metrics = evaluate.judge(
         config, {k: with_dtype(s, float) for k, s in surrogates.items()}, train.sizes(), test
     )
@@ -118,7 +124,7 @@ def train_network(
     to_x, to_y = shards.scales()
     shards = shards.scaled(to_x, to_y, dtype)
 
-    path = config.output / "checkpoints" / f"{features.name}.eqx"
+    path = config.output / FOLDER / f"{features.name}.eqx"
     network, losses = fit_network(
         features.name, shards, config.network, config.optimiser, config.seed, path, config.identity(), resume
     )
@@ -139,12 +145,12 @@ def train_network(
 
 
 def bound_error(surrogate: Surrogate, *held_out: Labelled) -> Surrogate:
-    """The surrogate with the largest relative errors seen on held-out samples, by distance from the fold."""
+    """The surrogate with the largest errors on held-out samples, shares of its force, by distance from the fold."""
     largest = np.zeros(evaluate.BOUND_BINS)
     for data in held_out:
         answers = evaluate.ask(with_dtype(surrogate, float), data)
         bins = np.searchsorted(np.asarray(surrogate.held_out.edges), answers.u).clip(0, largest.size - 1)
-        np.maximum.at(largest, bins, np.abs(answers.error))
+        np.maximum.at(largest, bins, np.abs(evaluate.of_answer(answers.error)))
     # A sample is never given a smaller bound than those farther from the fold than itself.
     largest = np.maximum.accumulate(largest[::-1])[::-1]
     dtype = surrogate.x.scale.dtype

@@ -124,7 +124,9 @@ def judge(
         is_answered = answers.a > bounds["least"]
         held = answers.held(bounds["least"])
         found["samples"][name] = {"answered": held.force.size, "left_out": int((~is_answered).sum())}
-        bound = np.full_like(held.force, bounds["force"])
+        bound = bounds["force"] * (
+            1 + held.force
+        )  # a share of the surrogate's force, here of the simulation's
         found["errors"][name] = figures(held.force, bound, labels.force[is_answered])
         median, p99, largest = np.quantile(np.abs(held.time[held.is_first]), [0.5, 0.99, 1.0]).tolist()
         found["time_s"][name] = {"median": median, "p99": p99, "max": largest}

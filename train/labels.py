@@ -88,7 +88,7 @@ def label(piece: Piece) -> Block:
 def make_labels(
     config: CorrectedConfig, domain: Domain, law: Simulated, identity: dict[str, Any]
 ) -> dict[str, Labels]:
-    """The samples of every purpose; blocks that an earlier session finished are read."""
+    """The samples of every purpose; blocks of the same identity that an earlier session finished are read."""
     units = {p: draw_points(len(domain.free), config.samples, config.seed, p) for p in PURPOSES}
     points = {purpose: domain.at(unit) for purpose, unit in units.items()}
     parts = {
@@ -101,6 +101,8 @@ def make_labels(
     pieces = {path: piece for own in parts.values() for path, piece in own.items()}
     found = {path: block for path, p in pieces.items() if (block := _read(path, len(p.q), identity))}
     missing = [(path, piece) for path, piece in pieces.items() if path not in found]
+    for stale in set((config.output / "labels").glob("*.eqx")) - set(pieces):
+        stale.unlink(missing_ok=True)
     with progress("labels", len(found), len(pieces)) as told:
         for path, block in _labelled(missing, config):
             write_tree(path, {"of": identity}, block)

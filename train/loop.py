@@ -57,8 +57,6 @@ def fit_network(
     if resume:
         state = load_state(path, state, identity)
         agree(path, state.step)
-    elif is_first():
-        path.unlink(missing_ok=True)
     with progress(name, state.step, settings.steps) as told:
         while state.step < settings.steps:
             count = min(settings.steps_per_checkpoint, settings.steps - state.step)

@@ -16,6 +16,7 @@ from tests.corrected import gap_model
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 RIG = str(CONFIGS / "check_rig.yaml")
+SURROGATE = CONFIGS.parent / "examples/rig_surrogate.eqx"
 PALM = ("--body-area", "palm", "--contact", "transient", "--v-e", "0.2", "--f-p", "60")
 
 
@@ -48,6 +49,25 @@ def test_speed_is_the_papers_inverse(call):
     assert "none: pressing without speed takes 100 N already" in result.output
     kept = call("speed", "--model", CONFIGS / "table1_rig.yaml", "--f-p", "100", "--limit", "250")
     assert kept.exit_code == 0 and kept.output.splitlines()[1].endswith("1.0000")
+
+
+def test_a_slower_contact_is_found_for_a_high_probability(call):
+    asked = ("speed", "--model", RIG, "--f-p", "60", "--limit", "100", "--json", "--probability")
+    speeds = [json.loads(call(*asked, p).output)["speeds"][0]["v_e"] for p in ("0.999", "0.9999")]
+    assert 0.9 * speeds[0] < speeds[1] < speeds[0]
+
+
+def test_too_few_draws_of_a_simulated_model_are_refused(call, tmp_path):
+    model, config = tmp_path / "model.json", tmp_path / "design.yaml"
+    model.write_text(write_model(gap_model()))
+    found = faults(call, "speed", "--model", model, "--f-p", 70, "--limit", 110, "--probability", 0.999)
+    assert "--draws: a probability of 0.999 needs at least 20000 draws" in found
+    config.write_text(
+        "model: model.json\ngoal: fastest\nlimit: 110\nf_p: 70\nv_e: {low: 0.1, high: 0.3}\ndraws: 256\n"
+    )
+    assert "draws: a probability of 0.95 needs at least 400 draws" in faults(
+        call, "design", "--config", config
+    )
 
 
 def test_design_in_words_as_json_and_as_a_picture(call, tmp_path):
@@ -113,6 +133,53 @@ def test_design_lists_all_faults_at_once(call, tmp_path):
         "relative_std.m: must lie between 0 and 0.5",
     ):
         assert part in found
+
+
+def test_where_a_surrogates_range_ends_is_no_missing_peak(call, tmp_path):
+    def asked(text: str, rig: object = CONFIGS / "table1_rig.yaml") -> Path:
+        config = tmp_path / "design.yaml"
+        config.write_text(f"model: {rig}\nsurrogate: shipped\ngoal: fastest\nlimit: 5000\n{text}\n")
+        return config
+
+    found = faults(call, "design", "--config", asked("f_p: 600\nv_e: {low: 0.01, high: 3}"))
+    assert "v_e: 0.01 to 3 leaves the surrogate's 0.01 to 1; narrow it" in found
+    assert "f_p: 600 lies outside the surrogate's 0 to 500; leave out `surrogate`" in found
+    heavy = tmp_path / "heavy.yaml"
+    heavy.write_text("rig: {m: 12, d: 9000, k_f: 0, k_c: 1.0e+5}\n")
+    found = faults(call, "design", "--config", asked("f_p: 100\nv_e: {low: 0.01, high: 1}", heavy))
+    assert "m: 12 lies outside" in found and "zeta: 4.10792 lies outside the surrogate's 0 to 1.5" in found
+    words = call("design", "--config", asked("f_p: 100\nv_e: {low: 0.01, high: 1}"))
+    assert words.exit_code == 0 and "the surrogate's range ends there" in words.output
+    speed = call("speed", "--model", SURROGATE, "--f-p", 60, "--limit", 500, "--up-to", 2)
+    assert "limit not reached: the surrogate's range ends" in speed.output
+    assert "outside the surrogate's range of 0.05 to 0.35 m/s" in speed.output
+
+
+def test_what_is_in_another_unit_is_refused(call, tmp_path):
+    config = tmp_path / "design.yaml"
+    config.write_text(
+        f"model: {CONFIGS / 'table1_rig.yaml'}\ngoal: fastest\nlimit: 0.25\nf_p: 1.0e+4\n"
+        "v_e: {low: 10, high: 1000}\nfree: {k_c: {low: 80, high: 300}, m: {low: 1, high: 4000}, d: {low: 2, high: 1}}\n"
+    )
+    found = faults(call, "design", "--config", config)
+    for part in ("limit: must be at least 1 N, but is 0.25; if it is in kN", "f_p: must be at most 5000 N",
+                 "v_e: low must be at most 5 m/s, but is 10; if it is in mm/s",
+                 "free.k_c: low must be at least 2000 N/m, but is 80; if it is in N/mm",
+                 "free.m: high must be at most 100 kg, but is 4000", "low (2) must be below"):  # fmt: skip
+        assert part in found
+    found = faults(call, "speed", "--model", RIG, "--f-p", 1e4, "--limit", 0.1, "--up-to", 50)
+    assert all(part in found for part in ("--f-p must be", "if it is in kN", "if it is in mm/s"))
+
+
+def test_an_effect_is_freed_within_what_it_can_be(call, tmp_path):
+    model, config = tmp_path / "model.json", tmp_path / "design.yaml"
+    model.write_text(write_model(gap_model(("end_stop",), (0.5, 0.1))))
+    config.write_text(
+        "model: model.json\ngoal: fastest\nlimit: 120\nf_p: 60\nv_e: {low: 0.05, high: 0.3}\n"
+        "free: {end_stop.share: {low: 0, high: 3}}\n"
+    )
+    found = faults(call, "design", "--config", config)
+    assert "free.end_stop.share: 0 to 3 leaves what it can be, 0 to 1; narrow it" in found
 
 
 def test_check_of_one_contact(call):
@@ -215,4 +282,6 @@ def test_a_model_that_is_not_one_is_refused(call, tmp_path):
     assert "its schema is not acf-gap-model/1" in faults(
         call, "speed", "--model", model, "--f-p", "1", "--limit", "9"
     )
-    assert "--limit must be positive" in faults(call, "speed", "--model", RIG, "--f-p", "1", "--limit", "-9")
+    assert "--limit must be a number, finite and positive" in faults(
+        call, "speed", "--model", RIG, "--f-p", "1", "--limit", "-9"
+    )

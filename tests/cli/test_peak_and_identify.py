@@ -89,6 +89,26 @@ def test_peak_lists_the_faults_of_a_rig_file(run, tmp_path):
         assert part in faults
 
 
+def test_peak_refuses_what_is_in_another_unit(run, tmp_path):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("rig: {m: 4000, d: 0, k_f: 0, k_c: 175.561}\n")
+    with pytest.raises(InputError) as caught:
+        run("peak", "--rig", rig, "--k-f", "1e9", "--v-e", "200", "--f-p", "1e6")
+    faults = "\n".join(caught.value.faults)
+    for part in ("rig.m: must be at most 100 kg, but is 4000; if it is in g, divide by 1000", "--k-f must be at most",
+                 "rig.k_c: must be at least 2000 N/m, but is 175.561; if it is in N/mm, multiply by 1000",
+                 "--v-e must be at most 5 m/s, but is 200; if it is in mm/s", "--f-p must be at most"):  # fmt: skip
+        assert part in faults
+    assert "N " in run("peak", *RIG, "--v-e", "0", "--f-p", "0")
+
+
+def test_peak_of_a_corrected_model_says_where_it_extrapolates(run):
+    model = CONFIGS.parent / "examples/rig_model.json"
+    asked = ("peak", "--model", model, "--f-p", "60", "--v-e")
+    assert "v_e = 3 m/s lies outside the tried 0.05 to 0.35 m/s: the model extrapolates" in run(*asked, "3")
+    assert json.loads(run(*asked, "0.2", "--json"))["notes"] == []
+
+
 def test_identify_table_1(run):
     output = run("identify", CONFIGS / "table1.csv", "--rig", CONFIGS / "table1_rig.yaml")
     for part in ("3.37 %", "1.64 %", "1.90 %", "not at all", "force traces"):

@@ -101,6 +101,36 @@ def test_stated_probability_holds_among_draws_of_another_seed() -> None:
     assert 0.9 - 0.01 <= found.probability <= 0.9 + 0.02
 
 
+@pytest.mark.parametrize("probability, draws", [(0.999, 256), (0.9999, 8192)])
+def test_high_probabilities_hold_however_few_draws_are_asked_for(probability: float, draws: int) -> None:
+    model = of_rig(IDEAL, STD)
+    found = solved(model, {"v_e": (0.01, 1.0)}, {"f_p": 100.0}, "fastest", 250.0, probability, draws=draws)
+    force, _ = draw_forces(model, found.z, WALL, 400_000, seed=99)
+    # two standard errors to spare: in one seed of fifty a little more
+    assert 0.25 < (force > 250).mean() / (1 - probability) < 1.1
+    assert found.draws * (1 - probability) >= 19.9
+
+
+def test_draws_that_are_too_few_are_refused_where_each_is_simulated() -> None:
+    corrected = of_diagnosis(gap_model())
+    task = make_task(corrected, {"v_e": (0.05, 0.35)}, {"f_p": 70.0}, "fastest", 110.0, 0.999)
+    with pytest.raises(ValueError, match="needs at least 20000 draws"):
+        design(task)
+
+
+def test_fresh_draws_that_contradict_tighten_the_margin(monkeypatch: pytest.MonkeyPatch) -> None:
+    task = make_task(of_rig(IDEAL, STD), {"v_e": (0.01, 1.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.95)
+    agreed = design(task)
+    answers = iter([False, False, True])
+    monkeypatch.setattr("acf_jax.design.solve.is_kept", lambda *_: next(answers))
+    found = design(task)
+    assert isinstance(agreed, Design) and isinstance(found, Design)
+    assert found.margin.factor > agreed.margin.factor and 0.9 < found.z[-2] / agreed.z[-2] < 1
+    monkeypatch.setattr("acf_jax.design.solve.is_kept", lambda *_: False)
+    none = design(task)
+    assert isinstance(none, Infeasible) and none.z[-2] == 0.01, "explained where it is the least loaded"
+
+
 STUCK = {"m": 1.9, "d": 300.0, "k_f": 5000.0, "k_c": 6e4}  # its force soon rises without a first peak
 
 
@@ -194,6 +224,7 @@ def test_a_model_without_a_peak_is_not_feasible() -> None:
     task = make_task(stuck, {"v_e": (0.5, 1.0), "f_p": (0.0, 20.0)}, {}, "fastest", 5000.0, 0.95)
     found = design(task, starts=8)
     assert isinstance(found, Infeasible) and not found.has_peak
+    assert all(r.needed > r.now for r in found.remedies if r.name == "limit")
 
 
 def test_corrected_model_and_surrogate_are_designed_with_alike() -> None:

@@ -1,10 +1,13 @@
 """The C headers against JAX, over their range and in their limits; needs a compiler."""
 
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -13,6 +16,7 @@ from needs import need_program
 from acf_jax.cli.main import commands
 from acf_jax.errors import InputError
 from acf_jax.export.c_header import c_header
+from acf_jax.export.c_names import is_taken
 from acf_jax.export.formula import Formula, of_corrected, of_paper
 from acf_jax.model import Impact, Rig, find_peaks
 from acf_jax.surrogate import load_surrogate
@@ -166,3 +170,42 @@ def test_header_of_a_corrected_model(compiler: str, tmp_path: Path) -> None:
 def test_export_says_what_is_missing(arguments: list[str]) -> None:
     with pytest.raises(InputError):
         CliRunner().invoke(commands, ["export", *arguments], catch_exceptions=False)
+
+
+@pytest.mark.parametrize(
+    "name, why",
+    [
+        ("double", "a name of C, C++ or math.h"),
+        ("class", "a name of C, C++ or math.h"),
+        ("expf", "a name of C, C++ or math.h"),
+        ("Acf_Peak", "the include guard of the exact peak's header"),
+        ("2peak", "letters, digits and _ only"),
+    ],
+)
+def test_names_that_no_function_of_a_header_can_have(name: str, why: str, tmp_path: Path) -> None:
+    header = tmp_path / f"{name}.h"
+    with pytest.raises(InputError, match=re.escape(why)):
+        CliRunner().invoke(
+            commands, ["export", "--surrogate", "shipped", "--c", str(header)], catch_exceptions=False
+        )
+    assert not header.exists()
+
+
+def test_every_function_that_math_h_declares_is_taken(compiler: str) -> None:
+    text = subprocess.run(
+        [compiler, "-E", "-x", "c", "-"],
+        input="#include <math.h>\n",
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    declared = set(re.findall(r"\bextern [\w ]+?\**(\w+) \(", text, re.MULTILINE))
+    assert "cosh" in declared
+    assert not {name for name in declared if not name.startswith("_") and not is_taken(name)}
+
+
+def test_a_stated_bound_is_rounded_up() -> None:
+    surrogate = untrained_corrected(("k_c", "v_e", "f_p"))
+    surrogate = eqx.tree_at(lambda s: s.bounds.time, surrogate, jnp.asarray(1.21e-5))
+    (time,) = (q for q in of_corrected(surrogate).outputs if q.name == "t_max")
+    assert "wrong by less than 0.000013 s" in time.meaning

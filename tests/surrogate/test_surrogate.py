@@ -64,6 +64,20 @@ def test_gradient_against_finite_differences(shipped: Surrogate) -> None:
         np.testing.assert_allclose((slope * scale)[kept], (difference * scale)[kept], atol=5e-6)
 
 
+def test_gradient_is_finite_wherever_the_surrogate_answers(shipped: Surrogate) -> None:
+    """Close below critical damping, without an actuator's stiffness, the fold's distance divides by next to nothing."""
+    zeta = 1 - jnp.geomspace(1e-7, 1e-3, 400)
+    one = jnp.ones_like(zeta)
+    rig = Rig(m=4.0 * one, d=2 * zeta * jnp.sqrt(4.0 * 175561.0), k_f=0.0 * one, k_c=175561.0 * one)
+    answer = shipped(rig, Impact(v_e=0.2 * one, f_p=0.0 * one), outside="flag")
+    assert answer.is_inside.sum() > 100
+    for slope in jax.tree.leaves(answer.gradient):
+        assert np.isfinite(slope).all()
+    np.testing.assert_allclose(
+        answer.gradient[1].v_e, answer.f_max / 0.2, rtol=1e-6
+    )  # F = v g(zeta) for F_P = 0
+
+
 def test_gradient_is_that_of_the_model(shipped: Surrogate) -> None:
     rig, impact = wide_box(SAMPLES, seed=4)
     answer = shipped(rig, impact, outside="flag")

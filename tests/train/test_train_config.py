@@ -68,6 +68,12 @@ def test_rig_file_that_is_not_there(small: Path) -> None:
         read_config(small, ("table1=nowhere.yaml",))
 
 
+def test_rig_file_that_says_how_well_it_is_known(small: Path) -> None:
+    rig = REPOSITORY / "configs" / "check_rig.yaml"
+    table1 = read_config(small, (f"table1={rig}",)).table1
+    assert table1 is not None and table1.rig.m == 1.9
+
+
 @pytest.mark.parametrize("text", ["[1, 2]", "a: [", "a: 1\na: 2", ""])
 def test_files_that_hold_no_configuration(tmp_path: Path, text: str) -> None:
     path = tmp_path / "bad.yaml"

@@ -1,6 +1,7 @@
 """A surrogate of a corrected model: labels that resume, errors that are true, bounds that the check respects."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,8 @@ from acf_jax.surrogate import load_corrected
 from acf_jax.surrogate.corrected_file import save_corrected
 from acf_jax.surrogate.load import Shape, with_dtype
 from tests.corrected import gap_model
-from train import fit, labels
+from train import corrected, fit, judge, labels
+from train.judge import Answers
 
 SMALL: dict[str, Any] = {
     "output": "run",
@@ -112,6 +114,43 @@ def test_resuming_changes_nothing_and_makes_no_label_again(
     assert ((finished / "metrics.json").read_bytes(), (finished / "model.eqx").read_bytes()) == before
 
 
+def test_another_range_is_refused_before_labels_are_made(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And a run that starts afresh makes no label again that is there."""
+    folder, config = tmp_path / "run", finished.parent / "small.yaml"
+    shutil.copytree(finished, folder)
+    made: list[str] = []
+    monkeypatch.setattr(labels, "write_tree", lambda path, *_: made.append(path.name))
+    before = {path: path.read_bytes() for path in (folder / "labels").iterdir()}
+    assert train(config, folder, "--resume", "--set", "ranges.k_c.high=8.5e4") == 2
+    assert "was written with another configuration" in capsys.readouterr().err
+
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(corrected, "_train", stopped)
+    assert train(config, folder) == 130
+    assert not made and {path: path.read_bytes() for path in (folder / "labels").iterdir()} == before
+
+
+def test_a_refusal_tells_the_share_of_evenly_spread_impacts(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not of what a search looks for: here it finds nothing but forces that grow later."""
+    folder = tmp_path / "run"
+    shutil.copytree(finished, folder)
+
+    def search(*more: Any) -> Answers:
+        answers = judge.search_worst(*more)
+        return answers._replace(is_first=np.zeros_like(answers.is_first), force=answers.force + 10)
+
+    monkeypatch.setattr(corrected, "search_worst", search)
+    monkeypatch.setattr(corrected, "DISTANCE", 10.0)  # nothing is answered for sure
+    assert train(finished.parent / "small.yaml", folder, "--resume") == 2
+    assert "which it does in 0 % of the impacts" in capsys.readouterr().err
+
+
 def test_the_check_asks_the_surrogate_and_falls_back_to_the_simulation(finished: Path) -> None:
     model, surrogate = ModelFile(finished / "model.eqx").load_exact()
     quick, exact = Checker(model, surrogate), Checker(model)
@@ -160,7 +199,7 @@ def test_every_fault_of_the_ranges_at_once(tmp_path: Path, capsys: pytest.Captur
     ranges = {
         "k_c": {"low": 1e4, "high": 2e4, "unit": "N/m"},  # leaves out the fitted 8e4
         "v_e": {"low": 0, "high": 0.3, "unit": "m/s"},
-        "gravity.force_n": {"low": -20, "high": 2, "unit": "kg"},
+        "gravity.force_n": {"low": -2e4, "high": 2, "unit": "kg"},
         "stroke": {"low": 0, "high": 1, "unit": "m"},
     }
     assert train(configuration(tmp_path, ranges=ranges), tmp_path / "run") == 2
@@ -169,6 +208,7 @@ def test_every_fault_of_the_ranges_at_once(tmp_path: Path, capsys: pytest.Captur
         "leaves out the fitted 80000",
         "needs a positive v_e",
         "unit must be N",
+        "gravity.force_n: -20000 to 2 kg leaves what it can be, -",
         "ranges.stroke: is no",
     ):
         assert part in said

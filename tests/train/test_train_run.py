@@ -2,18 +2,23 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from acf_jax.surrogate import load_surrogate
 from acf_jax.surrogate.saved import read_header
 from tests.needs import need_chromium
-from train import checkpoint, fit, loop
+from train import checkpoint, evaluate, fit, loop
 from train.checkpoint import State
+from train.config import read_config
+from train.data import make_data
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -84,6 +89,53 @@ def test_checkpoint_of_another_configuration_is_refused(
     arguments = ["--config", str(small), "--resume", "--set", f"output={finished}", "--set", "seed=4"]
     assert fit.main(arguments) == 2
     assert "was written with another configuration" in capsys.readouterr().err
+
+
+def test_a_new_run_leaves_no_checkpoint_of_an_earlier_one(
+    small: Path,
+    finished: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shutil.copytree(finished, tmp_path / "run")
+    arguments = ["--config", str(small), "--set", f"output={tmp_path / 'run'}", "--set", "seed=4"]
+    said = f"resume with that one, {tmp_path / 'run' / 'config.yaml'}"
+    assert fit.main([*arguments, "--resume"]) == 2 and said in capsys.readouterr().err
+    assert read_config(tmp_path / "run" / "config.yaml").seed == 3
+
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fit, "train_network", stopped)
+    assert fit.main(arguments) == 130
+    assert not (tmp_path / "run" / "checkpoints").exists()
+    assert read_config(tmp_path / "run" / "config.yaml").seed == 4
+
+
+def test_ranges_without_a_peak_are_refused(
+    small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["--config", str(small), "--set", f"output={tmp_path}"]
+    for change in ("zeta.low=1.4", "f_p.high=1e-6", "k_c.high=1.1e4", "k_f.low=9e3"):
+        arguments += ["--set", f"ranges.{change}"]
+    assert fit.main(arguments) == 2
+    said = capsys.readouterr().err
+    assert "ranges: of the 4,096 samples for `train` 0 have a peak, and at least 100 must" in said
+    for purpose in ("held_out", "held_out_edges", "test", "test_edges"):
+        assert f"`{purpose}` 0 have a peak" in said
+
+
+def test_the_bound_is_a_share_of_the_surrogates_own_force(
+    finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half of the force is wrong by all of itself; a force a quarter too high by a fifth of itself."""
+    answers = evaluate.Answers(np.array([-0.5, 0.25]), np.zeros(2), np.array([0.05, 0.95]))
+    monkeypatch.setattr(evaluate, "ask", lambda *_: answers)
+    bounded = fit.bound_error(
+        load_surrogate(finished / "model.eqx"), make_data(read_config(finished / "config.yaml"), "test")
+    )
+    assert np.allclose(bounded.held_out.largest, [1.0, *[0.2] * 9])
 
 
 def test_damaged_checkpoint_is_refused(

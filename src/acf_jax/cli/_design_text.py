@@ -4,6 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from acf_jax.contact.read import learnt_range
+
 if TYPE_CHECKING:
     from acf_jax.design.remedy import Infeasible
     from acf_jax.design.solve import Design, Sensitivity
@@ -53,10 +55,16 @@ def _why_not_reached(found: "Design") -> str:
     task = found.task
     assert task.coordinate is not None
     i = task.free[task.coordinate]
-    if found.z[i] == task.high[task.coordinate]:
-        return "widen the ranges to gain more"
+    name, high = task.model.names[i], task.high[task.coordinate]
+    if found.z[i] == high:
+        known = learnt_range(task.model, name)
+        return (
+            "the surrogate's range ends there"
+            if known and high >= known[1]
+            else "widen the ranges to gain more"
+        )
     among = "in too many draws " if found.margin.reach else ""
-    return f"with a higher {task.model.names[i]} the force {among}keeps rising without a first peak"
+    return f"with a higher {name} {among}{task.model.main.peak.no_peak}"
 
 
 def _costs(rows: Sequence["Sensitivity"]) -> list[str]:
@@ -93,9 +101,7 @@ def explanation(found: "Infeasible") -> str:
         f"Not feasible: no point of the ranges meets {task.limit:g} N with a probability of {task.probability:g}."
     ]
     if not found.has_peak:
-        lines.append(
-            "  Everywhere the force keeps rising without a first peak: the model has no answer there."
-        )
+        lines.append(f"  Everywhere {model.main.peak.no_peak}: the model has no answer there.")
     upper = f"{found.upper:.1f} N not exceeded" if math.isfinite(found.upper) else "no force is kept"
     lines += [
         f"  Least loaded at {at}: {found.force:.1f} N expected, {upper}"
@@ -103,7 +109,7 @@ def explanation(found: "Infeasible") -> str:
     ]
     if found.has_peak and found.without_peak:
         lines.append(
-            f"  In {100 * found.without_peak:.2g} % of the draws there the force keeps rising without a first peak."
+            f"  In {100 * found.without_peak:.2g} % of the draws there {model.main.peak.original().no_peak}."
         )
     lines += [
         f"  None of {found.scanned:,} points over the ranges is allowed either.",

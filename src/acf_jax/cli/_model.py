@@ -133,7 +133,6 @@ class ModelFile:
             return error.faults + asked
         given = content.get("relative_std", {})
         self.rig, faults = read_rig(self.path)
-        faults += [] if faults else self._unit_faults()
         faults += asked
         faults += [
             f"{self.path} {key}: is not known; use rig, relative_std and tried"
@@ -150,17 +149,6 @@ class ModelFile:
             if (fault := _share_fault(name, value))
         ]
 
-    def _unit_faults(self) -> list[str]:
-        """Values that no flange has: they are in another unit."""
-        from acf_jax.dataset.units import ACTUATOR_STIFFNESS, CONTACT_STIFFNESS, DAMPING, MASS
-
-        limits = zip(RIG, (MASS, DAMPING, ACTUATOR_STIFFNESS, CONTACT_STIFFNESS), strict=True)
-        return [
-            f"{self.path} rig.{name}: {fault}"
-            for name, limit in limits
-            if (fault := limit.fault(self.rig[name]))
-        ]
-
     def _read_tried(self, given: Any) -> list[str]:
         if given is None:
             return []
@@ -170,13 +158,12 @@ class ModelFile:
         ranges = {name: given[name] for name in IMPACT}
         wrong = [name for name, r in ranges.items() if not _is_range(r)]
         if not wrong:
-            from acf_jax.dataset.units import PRETENSION, VELOCITY
+            from acf_jax.dataset.units import unit_fault
 
-            limits = {"v_e": VELOCITY, "f_p": PRETENSION}
             if faults := [
                 f"{self.path} tried.{name}: {fault}"
                 for name, r in ranges.items()
-                if (fault := limits[name].fault(r[1]))
+                if (fault := unit_fault(name, r[1]))
             ]:
                 return faults
             (v_low, v_high), (f_low, f_high) = ranges.values()

@@ -8,17 +8,19 @@ from typing import Any
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 
-UNITS = {"m": "kg", "d": "N s/m", "k_f": "N/m", "k_c": "N/m", "v_e": "m/s", "f_p": "N"}
-MUST_BE_POSITIVE = ("m", "k_c")
+UNITS = {"m": "kg", "d": "N s/m", "k_f": "N/m", "k_c": "N/m", "v_e": "m/s", "f_p": "N", "limit": "N"}
+MUST_BE_POSITIVE = ("m", "k_c", "limit")
 RIG = ("m", "d", "k_f", "k_c")
 
 
-def sign_fault(name: str, value: Any, where: str) -> str | None:
-    """What is wrong with a parameter's value, or None."""
+def value_fault(name: str, value: Any, where: str) -> str | None:
+    """What is wrong with a parameter's value, its sign or its unit, or None."""
+    from acf_jax.dataset.units import unit_fault
+
     range_ = "positive" if name in MUST_BE_POSITIVE else "zero or positive"
     number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if number and (value > 0 or (value == 0 and name not in MUST_BE_POSITIVE)):
-        return None
+        return f"{where} {fault}" if (fault := unit_fault(name, value)) else None
     return (
         f"{where} must be a number, finite and {range_}, in {UNITS[name]}, but is {shown(value)}; correct it"
     )
@@ -57,4 +59,4 @@ def option(name: str) -> str:
 
 
 def _faults(values: Iterable[tuple[str, Any, str]]) -> list[str]:
-    return [fault for value in values if (fault := sign_fault(*value))]
+    return [fault for value in values if (fault := value_fault(*value))]

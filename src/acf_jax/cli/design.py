@@ -12,7 +12,7 @@ from acf_jax.errors import InputError
 
 if TYPE_CHECKING:
     from acf_jax.contact.model import ContactModel
-    from acf_jax.design.config import Config, Question
+    from acf_jax.design.config import Config, Question, Span
 
 EXAMPLES = """
 \b
@@ -80,6 +80,7 @@ def _read(path: Path, faults: list[str]) -> "tuple[Config, ContactModel]":
             start_jax()
             model = file.load()
             faults += _range_faults(path, question, model)
+            faults += _draws_faults(path, question.config, model)
     except InputError as error:
         raise InputError([*faults, *error.faults]) from None
     if faults or question.config is None or model is None:
@@ -106,9 +107,17 @@ def _model_file(path: Path, question: "Question", faults: list[str]) -> ModelFil
     return None
 
 
+def _draws_faults(where: Path, config: "Config | None", model: "ContactModel") -> list[str]:
+    """What is wrong with the number of draws, once all else is sound."""
+    from acf_jax.design.chance import draws_fault
+
+    fault = draws_fault(model, config.probability, config.draws) if config else None
+    return [f"{where}: draws: {fault}"] if fault else []
+
+
 def _range_faults(where: Path, question: "Question", model: "ContactModel") -> list[str]:
-    """Names that the model does not know, and ranges that a surrogate was not trained for."""
-    from acf_jax.contact.read import learnt_range
+    """Names that the model does not know, and ranges that its effects or a surrogate do not allow."""
+    from acf_jax.contact.read import possible_range
 
     faults = [
         f"{where}: free.{name}: is not a parameter of the model; known are {', '.join(model.names[:-2])}"
@@ -116,10 +125,36 @@ def _range_faults(where: Path, question: "Question", model: "ContactModel") -> l
         if name not in model.names
     ]
     spans = {name: span for name, span in question.spans().items() if name in model.names}
-    learnt = {name: learnt_range(model, name) for name in spans}
-    return faults + [
-        f"{where}: {name}: {low:g} to {high:g} leaves the surrogate's {known[0]:g} to {known[1]:g}; narrow it, or"
-        " name the diagnosis' model.json as model"
-        for name, (low, high) in spans.items()
-        if (known := learnt[name]) is not None and not known[0] <= low <= high <= known[1]
-    ]
+    for name, (low, high) in spans.items():
+        possible = possible_range(model, name)
+        if possible is not None and not possible[0] <= low <= high <= possible[1]:
+            faults.append(
+                f"{where}: free.{name}: {low:g} to {high:g} leaves what it can be, {possible[0]:g} to {possible[1]:g};"
+                " narrow it"
+            )
+    return faults + _unlearnt(where, spans, model)
+
+
+def _unlearnt(where: Path, spans: "dict[str, Span]", model: "ContactModel") -> list[str]:
+    """Ranges and values that a surrogate was not trained for."""
+    from acf_jax.contact.peak import RIG, Learned
+    from acf_jax.contact.read import learnt_range, zeta_span
+
+    remedy = "name the diagnosis' model.json as model"
+    asked = dict(spans)
+    if isinstance(model.main.peak, Learned):
+        remedy = "leave out `surrogate`"
+        values = dict(zip(RIG, model.main.theta.tolist(), strict=True))
+        asked = {name: (x, x) for name, x in values.items()} | asked | {"zeta": zeta_span(model, spans)}
+    faults = []
+    for name, (low, high) in asked.items():
+        known = learnt_range(model, name)
+        if known is None or (known[0] <= low and high <= known[1]):
+            continue
+        learnt = f"the surrogate's {known[0]:g} to {known[1]:g}"
+        faults.append(
+            f"{where}: {name}: {low:g} to {high:g} leaves {learnt}; narrow it, or {remedy}"
+            if low < high
+            else f"{where}: {name}: {low:g} lies outside {learnt}; {remedy}"
+        )
+    return faults

@@ -18,6 +18,7 @@ Examples:
   python -m acf_jax export --c acf_peak.h
   python -m acf_jax export --surrogate artifacts/wide_box/model.eqx --onnx peak.onnx --c peak.h
 """
+EXACT = "ACF_PEAK"  # with _H the include guard of the exact peak's header
 FUNCTION = "acf_find_peak(m, d, k_f, k_c, v_e, f_p)"
 
 
@@ -121,7 +122,19 @@ def _faults(surrogate: Path | None, header: Path | None, network: Path | None) -
             faults.append(f"{option} {path}: must end in {suffix}; rename it")
         elif path is not None and path.is_dir():
             faults.append(f"{option} {path}: is a folder; name a file in it")
-    names_function = surrogate is not None and header is not None
-    if names_function and not re.fullmatch(r"[A-Za-z]\w*", header.stem, re.ASCII):  # type: ignore[union-attr]
-        faults.append(f"--c {header}: the file's name names the function; use letters, digits and _ only")
+    if surrogate is not None and header is not None and (fault := _name_fault(header.stem)):
+        faults.append(f"--c {header}: the file's name names the function; {fault}")
     return faults
+
+
+def _name_fault(name: str) -> str | None:
+    """Why a function of a surrogate's header cannot have a name."""
+    from acf_jax.export.c_names import is_taken
+
+    if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
+        return "use letters, digits and _ only"
+    if is_taken(name):
+        return f"`{name}` is a name of C, C++ or math.h; use another, such as {name}_force.h"
+    if name.upper() == EXACT:
+        return f"`{EXACT}_H` is the include guard of the exact peak's header; use another, such as {name}_surrogate.h"
+    return None

@@ -1,5 +1,6 @@
 """`python -m acf_jax peak`: peak force and its time, for one rig and one or several contact velocities."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +8,7 @@ import click
 
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._model import ModelFile
-from acf_jax.cli._rig import collect_rig, option, sign_fault
+from acf_jax.cli._rig import collect_rig, option, value_fault
 from acf_jax.errors import InputError
 
 EXAMPLES = """
@@ -64,12 +65,12 @@ def command(
                 faults.append(f"--model {model_file}: is a rig; give it by --rig")
         except InputError as error:
             faults += error.faults
-    faults += [fault for v in v_e if (fault := sign_fault("v_e", v, option("v_e")))]
+    faults += [fault for v in v_e if (fault := value_fault("v_e", v, option("v_e")))]
     if not v_e:
         faults.append("--v-e is missing; give one contact velocity or more, in m/s")
     if f_p is None:
         faults.append("--f-p is missing; give the pretension, in N")
-    elif fault := sign_fault("f_p", f_p, option("f_p")):
+    elif fault := value_fault("f_p", f_p, option("f_p")):
         faults.append(fault)
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
         faults.append(f"--plot {plot}: must end in .html; name an HTML file")
@@ -150,8 +151,11 @@ def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: boo
                 {"f_max": float(force), "t_max": float(time)} if exists else {"f_max": None, "t_max": None}
             )
             rows.append({"v_e": v, **values, "has_peak": bool(exists)})
+    known = [row["v_e"] for row in rows if row["has_peak"]]
+    beyond = [fault for v in known for fault in model.is_extrapolated(model.at(v, f_p))]
+    notes = [f"{fault}: the model extrapolates" for fault in dict.fromkeys(beyond)]
     if as_json:
-        echo_json({"model": str(file.path), "f_p": f_p, "peaks": rows})
+        echo_json({"model": str(file.path), "f_p": f_p, "peaks": rows, "notes": notes})
         return
     click.echo("contact velocity    peak force       after" + "      wrong by less than" * file.is_trained)
     for row in rows:
@@ -159,5 +163,7 @@ def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: boo
         if row["has_peak"]:
             result = f"{row['f_max']:9.2f} N  {1e3 * row['t_max']:7.3f} ms"
             if file.is_trained:
-                result += f"  {row['error_bound']:16.2f} N"
+                result += f"  {math.ceil(100 * row['error_bound']) / 100:16.2f} N"
         click.echo(f"{row['v_e']:12.4g} m/s   {result}")
+    for note in notes:
+        click.echo(f"note: {note}")

@@ -9,6 +9,7 @@ import click
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._model import HELP, ModelFile
 from acf_jax.cli._progress import counted
+from acf_jax.cli._rig import value_fault
 from acf_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,23 +35,37 @@ Examples:
     help="Highest peak contact force, N; may be repeated.",
 )
 @click.option("--probability", default=0.95, show_default=True, type=float, help="That the limit holds.")
+@click.option(
+    "--draws",
+    default=8192,
+    show_default=True,
+    type=click.IntRange(256, 2**20),
+    help="Of everything uncertain; more where the probability needs them, which a simulated model has to be told.",
+)
 @click.option("--up-to", default=2.0, show_default=True, type=float, help="Highest velocity looked at, m/s.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
-    model_file: Path, f_p: float, limit: tuple[float, ...], probability: float, up_to: float, as_json: bool
+    model_file: Path,
+    f_p: float,
+    limit: tuple[float, ...],
+    probability: float,
+    draws: int,
+    up_to: float,
+    as_json: bool,
 ) -> None:
     """Highest contact velocity for a limit of the peak contact force, exact, under the parameters' uncertainty.
 
     Ends with exit code 1 where no velocity keeps one of the limits.
     """
     faults = []
-    if not 0 <= f_p < float("inf"):
-        faults.append(f"--f-p must be a number, finite and zero or positive, in N, but is {f_p!r}")
-    faults += [f"--limit must be positive, in N, but is {x!r}" for x in limit if not 0 < x < float("inf")]
+    faults += [fault] if (fault := value_fault("f_p", f_p, "--f-p")) else []
+    faults += [fault for x in limit if (fault := value_fault("limit", x, "--limit"))]
     if not 0.5 <= probability <= 0.9999:
         faults.append(f"--probability must lie between 0.5 and 0.9999, but is {probability!r}")
-    if not 0 < up_to <= 100:
-        faults.append(f"--up-to must lie between 0 and 100 m/s, but is {up_to!r}")
+    if up_to <= 0:
+        faults.append(f"--up-to must be above 0 m/s, but is {up_to!r}")
+    elif fault := value_fault("v_e", up_to, "--up-to"):
+        faults.append(fault)
     file = None
     try:
         file = ModelFile(model_file)
@@ -63,6 +78,7 @@ def command(
 
     start_jax()
     from acf_jax.contact.read import learnt_range
+    from acf_jax.design.chance import draws_fault
     from acf_jax.design.solve import Design, design
     from acf_jax.design.task import make_task
 
@@ -71,16 +87,25 @@ def command(
     least, most = learnt_range(model, "f_p") or (f_p, f_p)
     if not least <= f_p <= most:
         faults.append(f"--f-p must lie in the surrogate's {least:g} to {most:g} N, but is {f_p:g}")
+    if fault := draws_fault(model, probability, draws):
+        faults.append(f"--draws: {fault}")
     if slowest >= up_to:
         faults.append(f"--up-to must be above the surrogate's {slowest:g} m/s, but is {up_to:g}")
     if faults:
         raise InputError(faults)
-    up_to = min(up_to, fastest)
+    is_cut, up_to = slowest > 0 or fastest < up_to, min(up_to, fastest)
     found = [
-        design(make_task(model, {"v_e": (slowest, up_to)}, {"f_p": f_p}, "fastest", force, probability))
+        design(
+            make_task(model, {"v_e": (slowest, up_to)}, {"f_p": f_p}, "fastest", force, probability),
+            draws=draws,
+        )
         for force in counted(limit, "limits")
     ]
     notes = list(dict.fromkeys(note for x in found if isinstance(x, Design) for note in x.notes))
+    if is_cut and not all(isinstance(x, Design) and x.at_limit for x in found):
+        notes.append(
+            f"no velocity outside the surrogate's range of {slowest:g} to {fastest:g} m/s is looked at"
+        )
     if as_json:
         rows = [_row(x) for x in found]
         echo_json(
@@ -113,18 +138,25 @@ def _row(found: "Design | Infeasible") -> dict[str, Any]:
 
 
 def _words(found: "Design") -> str:
+    from acf_jax.contact.read import learnt_range
+
     speed = math.floor(found.z[-2] * 1e4) / 1e4  # not rounded up: what is shown is allowed
     price = f"{found.goal_per_newton:.5f} m/s" if found.goal_per_newton is not None else "-"
     line = f"{speed:12.4f} m/s {found.force:15.2f} N {price:>18} {found.probability:15.4f}"
     if found.at_limit:
         return line
-    why = "the search's end" if found.z[-2] == found.task.high[0] else "no first peak beyond"
+    task = found.task
+    if found.z[-2] < task.high[0]:
+        why = f"beyond, {task.model.main.peak.no_peak}"
+    else:
+        known = learnt_range(task.model, "v_e")
+        why = "the surrogate's range ends" if known and known[1] <= task.high[0] else "the search's end"
     return f"{line}    limit not reached: {why}"
 
 
 def _why_none(found: "Infeasible") -> str:
     if not found.has_peak:
-        return "none: at every velocity the force keeps rising without a first peak; raise the pretension"
+        return f"none: at every velocity {found.task.model.main.peak.no_peak}; raise the pretension"
     slowest, v_e = found.task.low[0], found.z[-2]
     how = (
         "pressing without speed"

@@ -114,13 +114,22 @@ def forces(peak: AbstractPeak, z: np.ndarray, body: Body) -> tuple[np.ndarray, n
     return np.concatenate(force), np.concatenate(exists)
 
 
+def original_forces(peak: AbstractPeak, z: np.ndarray, body: Body) -> tuple[np.ndarray, np.ndarray]:
+    """The same; samples outside a surrogate's range are left to the law that it stands for."""
+    force, exists = forces(peak, z, body)
+    outside = np.flatnonzero(~exists)
+    if outside.size and peak.original() is not peak:
+        force[outside], exists[outside] = forces(peak.original(), z[outside], body)
+    return force, exists
+
+
 def draw_forces(
     model: ContactModel, z: np.ndarray, body: Body, draws: int, seed: int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Forces of draws of everything uncertain about z: parameters, explanation, form of the law.
 
-    **Returns:** (draws,) forces in N and whether each has a peak. A parameter that a draw would carry below its least
-    value is put there.
+    **Returns:** (draws,) forces in N and whether each has a peak; draws outside a surrogate's range are left to the
+    law that it stands for. A parameter that a draw would carry below its least value is put there.
     """
     random = np.random.default_rng(seed)
     variants = (model.main, *model.others)
@@ -137,6 +146,6 @@ def draw_forces(
         sample[:, :-2] += random.standard_normal((n, len(root))) @ root.T
         sample += random.standard_normal(sample.shape) * model.relative_of(v) * centre
         sample = np.maximum(sample, np.r_[v.low, 0.0, 0.0])
-        found.append(forces(v.peak, sample, body))
+        found.append(original_forces(v.peak, sample, body))
     force, exists = map(np.concatenate, zip(*found, strict=True))
     return force * (1 + model.form_error * random.standard_normal(draws)), exists

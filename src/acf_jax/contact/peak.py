@@ -35,10 +35,15 @@ class AbstractPeak(eqx.Module):
     """The peak contact force of one sample; z holds m, d, k_F, k_C, parameters of effects, v_E and F_P."""
 
     block: ClassVar[int]  # samples that one compiled program takes
+    no_peak: ClassVar[str] = "the force keeps rising without a first peak"  # what it means where none exists
 
     @abc.abstractmethod
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         """Differentiable in forward mode."""
+
+    def original(self) -> "AbstractPeak":
+        """The law that a surrogate stands for; of any other law itself."""
+        return self
 
     @abc.abstractmethod
     def credits_stiffness(self) -> bool:
@@ -63,6 +68,10 @@ class Learned(AbstractPeak):
 
     surrogate: Surrogate
     block = 4096
+    no_peak = "the force keeps rising without a first peak, or the surrogate's range ends"
+
+    def original(self) -> AbstractPeak:
+        return ClosedForm()
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         rig, impact = coupled(z, body)
@@ -113,6 +122,10 @@ class Trained(AbstractPeak):
     surrogate: CorrectedSurrogate
     law: Simulated  # what it stands for
     block = 4096
+    no_peak = "the force may grow beyond its first peak, or the surrogate's range ends"
+
+    def original(self) -> AbstractPeak:
+        return self.law
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         found = self.surrogate.predict(self.sample(z, body))

@@ -90,12 +90,30 @@ def by_surrogate(model: ContactModel, surrogate: CorrectedSurrogate) -> ContactM
 
 
 def learnt_range(model: ContactModel, name: str) -> Range | None:
-    """Where a surrogate knows a quantity of the model; None for a model without one."""
+    """Where a surrogate knows a quantity of the model; None for a model without one.
+
+    The paper's surrogate knows d by the damping ratio, `zeta`.
+    """
     law = model.main.peak
-    if not isinstance(law, Trained):
-        return None
-    i = model.names.index(name)
-    return law.surrogate.domain.low[i], law.surrogate.domain.high[i]
+    if isinstance(law, Learned):
+        return law.surrogate.box.span(name)
+    return law.surrogate.domain.span(name) if isinstance(law, Trained) else None
+
+
+def possible_range(model: ContactModel, name: str) -> Range | None:
+    """What a parameter of an effect can be; None for any other quantity."""
+    law = model.main.peak.original()
+    own = dict(parameters(law.effects)[len(RIG) :]) if isinstance(law, Simulated) else {}
+    return (own[name].low, own[name].high) if name in own else None
+
+
+def zeta_span(model: ContactModel, spans: Mapping[str, Range]) -> Range:
+    """Lowest and highest damping ratio zeta = d/(2 sqrt(m (k_F + k_C))) over ranges; what has none is as fitted."""
+    m, d, k_f, k_c = (spans.get(name, (x, x)) for name, x in zip(RIG, model.main.theta, strict=True))
+    return (
+        float(d[0] / (2 * np.sqrt(m[1] * (k_f[1] + k_c[1])))),
+        float(d[1] / (2 * np.sqrt(m[0] * (k_f[0] + k_c[0])))),
+    )
 
 
 def _variant(model: GapModel, saved: Saved) -> Variant:

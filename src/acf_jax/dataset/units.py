@@ -45,13 +45,30 @@ CONTACT_STIFFNESS = Limit(
 VELOCITY = Limit("m/s", 1e-5, 5.0, "if it is in km/s, multiply by 1000", "if it is in mm/s, divide by 1000")
 PRETENSION = Limit("N", 0.0, 5e3, too_high="if it is in gf, multiply by 0.0098, if in mN, divide by 1000")
 PEAK_FORCE = Limit("N", 0.1, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
+FORCE_LIMIT = Limit("N", 1.0, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
 FORCE_NOISE = Limit("N", 1e-6, 1e3, too_high="if it is in mN, divide by 1000")
 RELATIVE_STD = Limit("(a share)", 1e-6, 0.25, too_high="if it is in percent, divide by 100")
+
+# By the names of the commands' files and options.
+QUANTITIES = {
+    "m": MASS,
+    "d": DAMPING,
+    "k_f": ACTUATOR_STIFFNESS,
+    "k_c": CONTACT_STIFFNESS,
+    "v_e": VELOCITY,
+    "f_p": PRETENSION,
+    "limit": FORCE_LIMIT,
+}
 
 # Stands in for a rig whose description is faulty, so that the units of its traces are still judged.
 TYPICAL_RIG = RigPrior(Prior(4.0, 2.0), Prior(80.0, 80.0), Prior(5e3, 5e3), Prior(2e5, 1e5))
 
 _FAR = 100.0  # a factor that no rig's uncertainty explains, yet well below the 1000 of a wrong prefix
+
+
+def unit_fault(name: str, value: float) -> str | None:
+    """Why a value of one of `QUANTITIES` must be in another unit; None where it may be right, as zero is in any."""
+    return QUANTITIES[name].fault(value) if name in QUANTITIES and value else None
 
 
 def expected_peak(rig: RigPrior, trial: Trial) -> float:

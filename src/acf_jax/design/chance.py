@@ -1,15 +1,18 @@
 """The stated probability: forces among draws of everything uncertain, and the margin that keeps it."""
 
+import math
+
 import equinox as eqx
 import numpy as np
 from scipy.stats import norm
 
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import ContactModel, draw_forces
-from acf_jax.contact.peak import ClosedForm, Learned, Trained
+from acf_jax.contact.peak import Simulated
 from acf_jax.design.task import Margin, Task, upper_forces
 
 TO_SPARE = 2.0  # standard errors of the drawn probability by which the stated one is exceeded
+FAILURES = 20  # draws, at least, that may break the limit: then `TO_SPARE` errors are less than half of them
 BROKEN = 3.0  # standard errors below the stated probability: fresh draws that break it
 RESTS = 1e-5  # standard deviations of the force by which rounds may stop short of the limit
 LEAST_RAISE, MOST_RAISE = 1.02, 2.0  # of the reach, at a time
@@ -32,22 +35,30 @@ class Draws(eqx.Module):
 
 
 def draw(model: ContactModel, z: np.ndarray, draws: int, seed: int) -> Draws:
-    """Draws at z; those outside a surrogate's range are left to the model that it stands for."""
-    force, exists = draw_forces(model, z, WALL, draws, seed)
-    law = model.main.peak
-    if not exists.all() and isinstance(law, Learned | Trained):
-        exact = eqx.tree_at(
-            lambda m: m.main.peak, model, ClosedForm() if isinstance(law, Learned) else law.law
-        )
-        other, there = draw_forces(exact, z, WALL, draws, seed)  # the same draws
-        force, exists = np.where(exists, force, other), exists | there
-    return Draws(force, exists)
+    """Draws at z."""
+    return Draws(*draw_forces(model, z, WALL, draws, seed))
+
+
+def least_draws(probability: float) -> int:
+    """How many draws a stated probability needs."""
+    return math.ceil(round(FAILURES / (1 - probability), 6))
+
+
+def draws_fault(model: ContactModel, probability: float, draws: int) -> str | None:
+    """Why so many draws are too few, with the remedy; None where they are enough, or more cost next to nothing."""
+    is_dear = any(isinstance(v.peak, Simulated) for v in (model.main, *model.others))
+    if not is_dear or draws >= least_draws(probability):
+        return None
+    return (
+        f"a probability of {probability:g} needs at least {least_draws(probability)} draws, here simulated, but are"
+        f" {draws}; raise them, lower the probability, or train a surrogate on the model"
+    )
 
 
 def held_share(probability: float, draws: int) -> float:
     """The share of draws that has to hold, so that the probability does."""
     error = np.sqrt(probability * (1 - probability) / draws)
-    return float(min(probability + TO_SPARE * error, 1 - 1 / draws))
+    return float(probability + TO_SPARE * error)
 
 
 def is_kept(share: float, probability: float, draws: int) -> bool:

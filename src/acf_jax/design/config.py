@@ -19,12 +19,14 @@ from pydantic import (
     model_validator,
 )
 
+from acf_jax.dataset.units import unit_fault
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 
 Goal = Literal["fastest", "highest_process_force", "widest_margin"]
 IMPACT = ("v_e", "f_p")
 POSITIVE = ("m", "k_c")
+Span = tuple[float, float]  # lowest and highest value
 COORDINATE: dict[str, str | None] = {"fastest": "v_e", "highest_process_force": "f_p", "widest_margin": None}
 
 
@@ -89,10 +91,17 @@ class Config(_Part):
     seed: Count = Field(default=0, ge=0, lt=2**31)
     goal: Goal  # last: its validator sees all others that are sound, whatever is wrong with the rest
 
+    @field_validator("limit", *IMPACT)
+    @classmethod
+    def _is_in_si_units(cls, value: float | Range, info: ValidationInfo) -> float | Range:
+        if fault := _unit_fault(str(info.field_name), _span(value)):
+            raise ValueError(fault)
+        return value
+
     @field_validator("free")
     @classmethod
     def _is_further(cls, value: dict[str, Range]) -> dict[str, Range]:
-        if faults := _further_faults({name: given.low for name, given in value.items()}):
+        if faults := _further_faults({name: _span(given) for name, given in value.items()}):
             raise ValueError("\n".join(faults))
         return value
 
@@ -116,14 +125,29 @@ class Config(_Part):
         return {name: value for name, value in own.items() if isinstance(value, Range)} | self.free
 
 
-def _further_faults(lows: Mapping[str, float | None]) -> list[str]:
-    """What is wrong with further free parameters, of which some ranges may have no sound low end."""
-    faults = [f"{name}: give its range at the key {name}; remove it here" for name in IMPACT if name in lows]
-    return faults + [
-        f"{name}: low must be above 0; the model needs a positive {name}"
-        for name in POSITIVE
-        if lows.get(name) == 0
-    ]
+def _span(value: float | Range) -> Span:
+    """Lowest and highest value."""
+    return (value.low, value.high) if isinstance(value, Range) else (value, value)
+
+
+def _unit_fault(name: str, span: Span) -> str | None:
+    """Why a quantity, or an end of its range, must be in another unit."""
+    low, high = span
+    ends = {"": low} if low == high else {"low ": low, "high ": high}
+    return next((end + fault for end, x in ends.items() if (fault := unit_fault(name, x))), None)
+
+
+def _further_faults(spans: Mapping[str, Span | None]) -> list[str]:
+    """What is wrong with further free parameters, of which some may have no sound range."""
+    faults = [f"{name}: give its range at the key {name}; remove it here" for name in IMPACT if name in spans]
+    for name, span in spans.items():
+        if span is None or name in IMPACT:
+            continue
+        if name in POSITIVE and span[0] == 0:
+            faults.append(f"{name}: low must be above 0; the model needs a positive {name}")
+        elif fault := _unit_fault(name, span):
+            faults.append(f"{name}: {fault}")
+    return faults
 
 
 class Question(NamedTuple):
@@ -138,7 +162,7 @@ class Question(NamedTuple):
         given = self.content.get(key)
         return [str(name) for name in given] if isinstance(given, Mapping) else []
 
-    def spans(self) -> dict[str, tuple[float, float]]:
+    def spans(self) -> dict[str, Span]:
         """Lowest and highest value of whatever has a sound one."""
         free = self.content.get("free")
         given: dict[str, Any] = dict(free) if isinstance(free, Mapping) else {}
@@ -149,7 +173,7 @@ class Question(NamedTuple):
                 sound = _QUANTITY.validate_python(value)
             except ValidationError:
                 continue
-            spans[str(name)] = (sound.low, sound.high) if isinstance(sound, Range) else (sound, sound)
+            spans[str(name)] = _span(sound)
         return spans
 
 
@@ -167,8 +191,8 @@ def read_question(path: Path) -> Question:
     question = Question(None, content, faults)
     if any(fault["loc"][:1] == ("free",) and len(fault["loc"]) > 1 for fault in found):
         # one range at fault keeps pydantic from looking at them together
-        lows = {name: question.spans().get(name, (None,))[0] for name in question.names("free")}
-        faults += [f"{path}: free.{fault}" for fault in _further_faults(lows)]
+        spans = {name: question.spans().get(name) for name in question.names("free")}
+        faults += [f"{path}: free.{fault}" for fault in _further_faults(spans)]
     return question
 
 

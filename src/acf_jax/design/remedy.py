@@ -49,7 +49,7 @@ def explain(task: Task, z: np.ndarray, margin: Margin, scanned: int, draws: int,
         for i, name in enumerate(task.model.names)
         if name in (*RIG, "v_e", "f_p") and (needed := _needed(task, z, i, margin, draws, seed)) is not None
     ]
-    if np.isfinite(upper):
+    if task.limit < upper < np.inf:
         found.insert(0, Remedy("limit", "N", task.limit, upper))
     return Infeasible(
         task,

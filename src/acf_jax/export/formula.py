@@ -1,6 +1,7 @@
 """What of a surrogate is exported: named inputs, named outputs, and the function between them."""
 
 from collections.abc import Callable
+from decimal import ROUND_CEILING, Context
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -129,7 +130,7 @@ def of_corrected(surrogate: CorrectedSurrogate) -> Formula:
             Quantity(
                 "t_max",
                 "s",
-                f"its time after contact, wrong by less than {float(surrogate.bounds.time):.1g} s",
+                f"its time after contact, wrong by less than {_rounded_up(float(surrogate.bounds.time))} s",
             ),
             Quantity("error_bound", "N", "what errors of f_max stayed below"),
         ),
@@ -142,6 +143,11 @@ def of_corrected(surrogate: CorrectedSurrogate) -> Formula:
         function=function,
         draw=draw,
     )
+
+
+def _rounded_up(bound: float) -> str:
+    """Two digits of a bound, which still is one."""
+    return f"{Context(prec=2, rounding=ROUND_CEILING).create_decimal(bound):g}"
 
 
 def _answers(inside: Bool[Array, ""], *values: Float[Array, ""]) -> Answers:

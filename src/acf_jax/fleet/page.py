@@ -126,7 +126,7 @@ def _table(rigs: Sequence[Rig]) -> Html:
 
 
 def _explanation(rig: Rig) -> str:
-    """The first explanation; where one is identified up to others that these trials cannot tell from it, all of them."""
+    """The first explanation, or all of a class that these trials cannot tell apart, where it is identified."""
     alike = rig.credible if rig.verdict == "identified" else ()
     return listed([name_of(effects) for effects in alike or (rig.first,)], "or")
 

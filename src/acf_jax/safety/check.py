@@ -22,7 +22,7 @@ from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 Verdict = Literal["allowed", "not allowed", "not decidable"]
 SEVERITY: dict[Verdict, int] = {"allowed": 0, "not decidable": 1, "not allowed": 2}
 NEAR = 1e-3  # of the limit: nearer to it the exact model decides
-FASTER = "a contact faster than v_max of the standard's formula relies on the flange's stroke to keep the robot's mass away"
+FASTER = "faster than v_max of the standard's formula: the flange's stroke has to keep the robot's mass away"
 
 
 class Answer(NamedTuple):

@@ -21,6 +21,10 @@ class Box:
     low: tuple[float, ...]
     high: tuple[float, ...]
 
+    def span(self, name: str) -> tuple[float, float] | None:
+        """Lowest and highest value of a quantity; None for one that the box does not name."""
+        return dict(zip(UNITS, zip(self.low, self.high, strict=True), strict=True)).get(name)
+
     def has(self, rig: Rig, impact: Impact) -> Bool[Array, "6"]:
         """Which of the six values of one sample lie in the box."""
         x, low, high = _values(rig, impact), jnp.asarray(self.low), jnp.asarray(self.high)

@@ -38,6 +38,10 @@ class Domain(eqx.Module):
         """The places of the inputs: what is not fixed."""
         return tuple(i for i, (low, high) in enumerate(zip(self.low, self.high, strict=True)) if low < high)
 
+    def span(self, name: str) -> tuple[float, float] | None:
+        """Lowest and highest value of a quantity; None for one that the box does not name."""
+        return dict(zip(self.names, zip(self.low, self.high, strict=True), strict=True)).get(name)
+
     def has(self, q: Float[Array, " q"]) -> Bool[Array, " q"]:
         """Which values of one sample lie in the box."""
         low, high = jnp.asarray(self.low), jnp.asarray(self.high)

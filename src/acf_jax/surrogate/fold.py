@@ -50,6 +50,8 @@ def distance_to_fold(rig: Rig, impact: Impact) -> Fold:
     sigma_m = carlson_rc(zeta, jnp.ones_like(zeta))
     largest = root_q * jnp.exp(-zeta * (tau_0 + sigma_m))
     has_peak = is_turning & (epsilon * moving < largest)
-    ratio = jnp.where(has_peak, epsilon * moving / jnp.where(has_peak, largest, 1.0), 0.0)
+    # its square, which the gradient divides by, must not vanish
+    divisor = jnp.maximum(jnp.where(has_peak, largest, 1.0), tiny**0.5)
+    ratio = jnp.where(has_peak, epsilon * moving / divisor, 0.0)
     u = jnp.where(has_peak, jnp.sqrt(1 - ratio), 0.0)
     return Fold(u, tau_0, sigma_m, has_peak)
