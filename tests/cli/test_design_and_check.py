@@ -57,6 +57,19 @@ def test_a_slower_contact_is_found_for_a_high_probability(call):
     assert 0.9 * speeds[0] < speeds[1] < speeds[0]
 
 
+@pytest.mark.parametrize(
+    "verdict, note",
+    [("insufficient_data", "too little data"), ("unknown", "fitted freely"), ("identified", "")],
+)
+def test_what_the_verdict_of_a_diagnosis_takes_from_an_answer(call, tmp_path, verdict, note):
+    path = tmp_path / "model.json"
+    path.write_text(write_model(gap_model().model_copy(update={"verdict": verdict})))
+    speed = call("speed", "--model", path, "--f-p", "60", "--limit", "120")
+    peak = call("peak", "--model", path, "--f-p", "60", "--v-e", "0.2")
+    for output in (speed.output, peak.output):
+        assert ("note: the diagnosis" in output) == bool(note) and note in output
+
+
 def test_too_few_draws_of_a_simulated_model_are_refused(call, tmp_path):
     model, config = tmp_path / "model.json", tmp_path / "design.yaml"
     model.write_text(write_model(gap_model()))

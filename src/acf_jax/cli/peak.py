@@ -153,7 +153,8 @@ def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: boo
             rows.append({"v_e": v, **values, "has_peak": bool(exists)})
     known = [row["v_e"] for row in rows if row["has_peak"]]
     beyond = [fault for v in known for fault in model.is_extrapolated(model.at(v, f_p))]
-    notes = [f"{fault}: the model extrapolates" for fault in dict.fromkeys(beyond)]
+    notes = [model.doubt] if model.doubt else []
+    notes += [f"{fault}: the model extrapolates" for fault in dict.fromkeys(beyond)]
     if as_json:
         echo_json({"model": str(file.path), "f_p": f_p, "peaks": rows, "notes": notes})
         return

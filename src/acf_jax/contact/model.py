@@ -52,6 +52,16 @@ class ContactModel(eqx.Module):
         own = np.zeros(len(v.theta) - len(RIG))
         return np.r_[self.relative[: len(RIG)], own, self.relative[-2:]]
 
+    @property
+    def doubt(self) -> str:
+        """What the verdict of the diagnosis behind it takes from every answer; empty where it takes nothing."""
+        if self.verdict == "ambiguous":
+            return f"the diagnosis is ambiguous: {1 + len(self.others)} explanations stand"
+        return {
+            "unknown": "the diagnosis found no known cause: a curve fitted freely stands in for it",
+            "insufficient_data": "the diagnosis had too little data to answer",
+        }.get(self.verdict or "", "")
+
     def is_extrapolated(self, z: np.ndarray) -> list[str]:
         """What of v_E and F_P lies outside the tried range; nothing where no trials are known."""
         return self.tried.beyond(float(z[-2]), float(z[-1])) if self.tried else []

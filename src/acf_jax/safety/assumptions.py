@@ -23,11 +23,8 @@ def cautions(model: ContactModel) -> tuple[str, ...]:
         found.append(
             f"uncertain by more than {LARGE:.0%}: {', '.join(large)}; the confidence holds roughly only"
         )
-    if model.verdict == "unknown":
-        found.append("the diagnosis found no known cause: a curve fitted freely stands in for it")
-    if model.verdict == "ambiguous":
-        count = 1 + len(model.others)
-        found.append(f"the diagnosis is ambiguous: the force covers {count} explanation{'s' * (count > 1)}")
+    if model.doubt and model.verdict != "insufficient_data":  # which is a reason to decide nothing
+        found.append(model.doubt)
     return tuple(found)
 
 

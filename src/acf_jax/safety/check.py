@@ -163,7 +163,7 @@ class Checker:
         beyond = self.tried.beyond(s.v_e, s.f_p) if self.tried else []
         reasons = [f"{fault}: never allowed by extrapolation" for fault in beyond]
         if self.verdict == "insufficient_data":
-            reasons.append("the diagnosis behind the model had too little data to answer")
+            reasons.append(self.model.doubt)
         if not found.has_peak:
             reasons.append(
                 "the model has no answer: the force keeps rising without a first peak" + self._too_stiff
