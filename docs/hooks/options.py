@@ -41,7 +41,7 @@ def _table(path: list[str]) -> str:
 
 def _row(parameter: click.Parameter, context: click.Context) -> str:
     if isinstance(parameter, click.Argument):
-        return f"| `{parameter.human_readable_name.upper()}` | see above |"
+        return f"| `{parameter.human_readable_name.upper()}` | |"
     assert isinstance(parameter, click.Option)
     words, text = parameter.get_help_record(context) or ("", "")
     return f"| `{words}` | {text} |".replace("[", "\\[")

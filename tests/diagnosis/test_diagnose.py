@@ -40,6 +40,11 @@ def test_names_the_cause_and_shrinks_the_gap(diagnosed: Diagnosis) -> None:
     low, high = content["shrinkage"]["force"]["ci95"]
     assert low <= content["shrinkage"]["force"]["value"] <= high <= 1
     json.dumps(content, allow_nan=False)
+    page = (Path(__file__).parents[2] / "docs/diagnosis_json.md").read_text("utf-8")
+    for key, value in content.items():
+        assert f"`{key}" in page  # alone, or followed by a dot and one of its own keys
+        inner = value if isinstance(value, dict) and key not in ("parameters", "absorbed") else {}
+        assert all(f"`{name}`" in page or f"`{key}.{name}`" in page for name in inner), key
 
 
 def test_a_cause_that_the_library_lacks_is_unknown_at_its_port(gravity_set: GapDataset) -> None:

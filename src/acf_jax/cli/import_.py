@@ -27,7 +27,9 @@ SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 
 @click.command(epilog=EXAMPLES)
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for the data set.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder for the data set; needed but with --list."
+)
 @click.option("--rig", type=click.Path(path_type=Path), help="YAML file: what is known of the rig.")
 @click.option("--mapping", type=click.Path(path_type=Path), help="YAML file: what the signals are.")
 @click.option("--force", metavar="SIGNAL", help=f"N, positive in contact: {SIGNAL}.")
