@@ -69,6 +69,22 @@ def test_a_trial_that_the_best_explanation_misses_is_kept_where_it_alone_may_sho
     assert found == [[plain.names[3]], []]
 
 
+def test_of_two_repeats_of_the_hardest_impact_the_higher_one_may_show_a_limit() -> None:
+    """A pad that only just bottoms out does so in one of them; a loose cable reads too little."""
+    plain = _few_trials(mislabelled=None)
+    fitted = _fits(plain)[1]
+    again = np.array([0, 1, 2, 3, 4, 5, 7, 7])  # the seventh trial takes the place of a repeat of the last
+    rows = {name: getattr(plain, name)[again] for name in ("v_e", "f_p", "condition", "force", "used")}
+    chi2 = fitted.chi2[again] * np.array([1, 1, 1, 1, 1, 1, 1, 80])
+    found = []
+    for share in (1.2, 0.8):
+        force = rows["force"].copy()
+        force[-1] *= share
+        changed = replace(plain, **rows | {"force": force})
+        found.append(list(outliers(changed, [replace(fitted, chi2=chi2)])))
+    assert found == [[], [plain.names[7]]]
+
+
 def test_leaving_out_a_trial_is_predicted_as_a_fit_to_the_others_finds_it() -> None:
     observations = _few_trials(mislabelled=None)
     fitted = fit(observations, ("sensor_lag",), _fits(observations)[1].theta, warm=True)

@@ -36,7 +36,7 @@ def _misfits(observations: Observations, fitted: Fit) -> dict[str, str]:
     # what every trial of a condition shows is physics, not a fault; so may be what one beyond all others does
     groups = [np.flatnonzero(observations.condition == observations.condition[i]) for i in chosen]
     physics = [
-        np.isin(g, chosen).all() if len(g) > 1 else _may_be_a_limit(observations, int(i))
+        (len(g) > 1 and np.isin(g, chosen).all()) or _may_be_a_limit(observations, int(i))
         for i, g in zip(chosen, groups, strict=True)
     ]
     return {
@@ -63,10 +63,17 @@ def _bends_every_fit(observations: Observations, fits: Sequence[Fit]) -> dict[st
 
 
 def _may_be_a_limit(observations: Observations, i: int) -> bool:
-    """Whether trial `i` alone may have gone beyond a limit: no other as fast has as high and as low an F_P."""
-    v_e, f_p = observations.v_e, observations.f_p
-    as_fast = (v_e >= v_e[i]) & (np.arange(len(v_e)) != i)
-    return not ((f_p[as_fast] >= f_p[i]).any() and (f_p[as_fast] <= f_p[i]).any())
+    """Whether trial `i` alone may have gone beyond a limit.
+
+    No other condition as fast has as high and as low an F_P, and no repeat presses harder: a cable or a label that is
+    wrong there makes a force too low.
+    """
+    o = observations
+    repeats = o.condition == o.condition[i]
+    f_p = o.f_p[(o.v_e >= o.v_e[i]) & ~repeats]
+    is_hardest = not ((f_p >= o.f_p[i]).any() and (f_p <= o.f_p[i]).any())
+    peaks = np.where(o.used, o.force, -np.inf).max(axis=1)
+    return bool(is_hardest and peaks[i] == peaks[repeats].max())
 
 
 def without_each(fitted: Fit) -> tuple[float, np.ndarray]:
