@@ -82,7 +82,7 @@ def draw_reliability(axes: Axes, score: dict[str, Any]) -> None:
     )  # fmt: skip
     axes.set(xlabel="stated probability of the first explanation", ylabel="share that was right")
     axes.set(xlim=(0, 1.02), ylim=(0, 1.04))
-    axes.legend(loc="lower right", frameon=False)
+    axes.legend(loc="upper left", frameon=False)
 
 
 def draw_confusion(axes: Axes, score: dict[str, Any]) -> None:
