@@ -79,8 +79,9 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
     start = clock()
     wide, simulate = with_dtype(surrogate, float), make_simulator(law, config.labels.force)
     held_out = joined_labels(data["held_out"], data["held_out_edges"])
-    known = [ask(wide, held_out), ask(wide, data["train"])]
     even = ask(wide, data["held_out"])  # of the density in which shares are told
+    of_held_out = joined([even, ask(wide, data["held_out_edges"])])
+    known = [of_held_out, ask(wide, data["train"])]
     known.append(search_worst(wide, simulate, held_out, missed, config.seed))
     tolerance = joined(known).tolerance()
     known.append(search_worst(wide, simulate, held_out, partial(misled, tolerance=tolerance), config.seed))
@@ -95,7 +96,7 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
         )
     std = np.zeros(1)  # the sensor's reading is no force to hold within a limit
     if config.labels.force == "contact":
-        answered = held_out.q[known[0].is_first & (known[0].a > least)]
+        answered = held_out.q[of_held_out.is_first & (of_held_out.a > least)]
         alone = dataclasses.replace(model, others=())
         few = answered[:: max(1, len(answered) // STD_SAMPLES)]
         std = std_error(alone, by_surrogate(alone, wide), few)

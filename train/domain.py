@@ -4,7 +4,7 @@ import numpy as np
 
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import RIG, Simulated
-from acf_jax.contact.read import possible_range
+from acf_jax.contact.read import possible_fault
 from acf_jax.diagnosis.space import parameters
 from acf_jax.errors import InputError
 from acf_jax.surrogate.corrected import Domain
@@ -51,12 +51,8 @@ def make_domain(config: CorrectedConfig, model: ContactModel, law: Simulated) ->
                 f"ranges.{name}: {given.low:g} to {given.high:g} {given.unit} leaves out the fitted {theta[i]:g}; "
                 "widen it"
             )
-        possible = possible_range(model, name)
-        if possible is not None and not possible[0] <= given.low <= given.high <= possible[1]:
-            faults.append(
-                f"ranges.{name}: {given.low:g} to {given.high:g} {given.unit} leaves what it can be, "
-                f"{possible[0]:g} to {possible[1]:g}; narrow it"
-            )
+        if fault := possible_fault(model, name, (given.low, given.high)):
+            faults.append(f"ranges.{name}: {given.low:g} to {given.high:g} {given.unit} {fault}")
         low[i], high[i], logarithmic[i] = given.low, given.high, given.scale == "log"
     if faults:
         raise InputError(faults)

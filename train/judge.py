@@ -126,7 +126,7 @@ def judge(
         found["samples"][name] = {"answered": held.force.size, "left_out": int((~is_answered).sum())}
         bound = bounds["force"] * (
             1 + held.force
-        )  # a share of the surrogate's force, here of the simulation's
+        )  # of the surrogate's force; errors are shares of the simulated
         found["errors"][name] = figures(held.force, bound, labels.force[is_answered])
         median, p99, largest = np.quantile(np.abs(held.time[held.is_first]), [0.5, 0.99, 1.0]).tolist()
         found["time_s"][name] = {"median": median, "p99": p99, "max": largest}

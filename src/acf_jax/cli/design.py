@@ -117,7 +117,7 @@ def _draws_faults(where: Path, config: "Config | None", model: "ContactModel") -
 
 def _range_faults(where: Path, question: "Question", model: "ContactModel") -> list[str]:
     """Names that the model does not know, and ranges that its effects or a surrogate do not allow."""
-    from acf_jax.contact.read import possible_range
+    from acf_jax.contact.read import possible_fault
 
     faults = [
         f"{where}: free.{name}: is not a parameter of the model; known are {', '.join(model.names[:-2])}"
@@ -126,12 +126,8 @@ def _range_faults(where: Path, question: "Question", model: "ContactModel") -> l
     ]
     spans = {name: span for name, span in question.spans().items() if name in model.names}
     for name, (low, high) in spans.items():
-        possible = possible_range(model, name)
-        if possible is not None and not possible[0] <= low <= high <= possible[1]:
-            faults.append(
-                f"{where}: free.{name}: {low:g} to {high:g} leaves what it can be, {possible[0]:g} to {possible[1]:g};"
-                " narrow it"
-            )
+        if fault := possible_fault(model, name, (low, high)):
+            faults.append(f"{where}: free.{name}: {low:g} to {high:g} {fault}")
     return faults + _unlearnt(where, spans, model)
 
 

@@ -151,10 +151,7 @@ def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: boo
                 {"f_max": float(force), "t_max": float(time)} if exists else {"f_max": None, "t_max": None}
             )
             rows.append({"v_e": v, **values, "has_peak": bool(exists)})
-    known = [row["v_e"] for row in rows if row["has_peak"]]
-    beyond = [fault for v in known for fault in model.is_extrapolated(model.at(v, f_p))]
-    notes = [model.doubt] if model.doubt else []
-    notes += [f"{fault}: the model extrapolates" for fault in dict.fromkeys(beyond)]
+    notes = model.notes(*(model.at(row["v_e"], f_p) for row in rows if row["has_peak"]))
     if as_json:
         echo_json({"model": str(file.path), "f_p": f_p, "peaks": rows, "notes": notes})
         return

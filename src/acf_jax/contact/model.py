@@ -66,6 +66,11 @@ class ContactModel(eqx.Module):
         """What of v_E and F_P lies outside the tried range; nothing where no trials are known."""
         return self.tried.beyond(float(z[-2]), float(z[-1])) if self.tried else []
 
+    def notes(self, *points: np.ndarray) -> list[str]:
+        """What takes from its answers at some z, each once: the diagnosis' verdict, and extrapolation."""
+        beyond = dict.fromkeys(fault for z in points for fault in self.is_extrapolated(z))
+        return [*filter(None, [self.doubt]), *(f"{fault}: the model extrapolates" for fault in beyond)]
+
 
 class Spread(NamedTuple):
     """Where a standard deviation of the peak comes from."""

@@ -100,11 +100,13 @@ def learnt_range(model: ContactModel, name: str) -> Range | None:
     return law.surrogate.domain.span(name) if isinstance(law, Trained) else None
 
 
-def possible_range(model: ContactModel, name: str) -> Range | None:
-    """What a parameter of an effect can be; None for any other quantity."""
+def possible_fault(model: ContactModel, name: str, span: Range) -> str | None:
+    """Why a parameter of an effect cannot lie anywhere in a range; None where it can, and for any other quantity."""
     law = model.main.peak.original()
     own = dict(parameters(law.effects)[len(RIG) :]) if isinstance(law, Simulated) else {}
-    return (own[name].low, own[name].high) if name in own else None
+    if name not in own or own[name].low <= span[0] <= span[1] <= own[name].high:
+        return None
+    return f"leaves what it can be, {own[name].low:g} to {own[name].high:g}; narrow it"
 
 
 def zeta_span(model: ContactModel, spans: Mapping[str, Range]) -> Range:

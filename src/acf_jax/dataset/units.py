@@ -101,13 +101,21 @@ def force_fault(trace: Trace, expected: float) -> str | None:
     """
     magnitude = np.sort(np.abs(trace.force))
     typical = float(magnitude[-3])  # a spike of one or two samples is no unit
-    before = trace.force[trace.time < 0.0]
-    noise = 1.4826 * float(np.median(np.abs(before - np.median(before)))) if before.size else 0.0
+    _, noise = _at_rest(trace)
     if 0.0 < typical < expected / _FAR and typical > 20.0 * noise and typical < 2.0:
         return f"force_n only reaches {typical:.3g} N, not about {expected:.3g} N; if in kN, multiply by 1000"
     if typical > _FAR * expected and typical > 2e4:
         return f"force_n reaches {typical:.3g} N, not about {expected:.3g} N; if in mN, divide by 1000"
     return None
+
+
+def _at_rest(trace: Trace) -> tuple[float, float]:
+    """What the sensor reads before time 0 and how far that scatters, N, whatever a few odd samples do."""
+    before = trace.force[trace.time < 0.0]
+    if not before.size:
+        return 0.0, 0.0
+    rest = float(np.median(before))
+    return rest, 1.4826 * float(np.median(np.abs(before - rest)))
 
 
 def sign_fault(traces: Sequence[Trace]) -> str | None:
@@ -124,9 +132,7 @@ def sign_fault(traces: Sequence[Trace]) -> str | None:
 
 def _falls(trace: Trace) -> bool:
     """Whether the force clearly goes down in contact and hardly up, from what it reads before."""
-    before = trace.force[trace.time < 0.0]
-    rest = float(np.median(before)) if before.size else 0.0
-    noise = 1.4826 * float(np.median(np.abs(before - rest))) if before.size else 0.0
+    rest, noise = _at_rest(trace)
     contact = np.sort(trace.force[trace.time >= 0.0]) - rest
     down, up = -float(contact[2]), max(float(contact[-3]), 0.0)  # a spike of one or two samples is no contact
     return down > max(3.0 * up, 20.0 * noise, 2.0)

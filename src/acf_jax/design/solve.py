@@ -173,8 +173,7 @@ def sensitivities(model: ContactModel, z: np.ndarray, own: Spread, margin: float
 
 def _notes(task: Task, z: np.ndarray, found: Optimum) -> tuple[str, ...]:
     """What a reader has to know beside the numbers."""
-    notes = [task.model.doubt] if task.model.doubt else []
-    notes += [f"{fault}: the model extrapolates" for fault in task.model.is_extrapolated(z)]
+    notes = task.model.notes(z)
     if not found.is_feasible:
         notes.append("nearer to the limit search and draws do not agree: this is the least loaded point")
     if found.better and not task.is_line:

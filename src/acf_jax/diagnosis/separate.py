@@ -97,7 +97,7 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
     names, shares, signals = [], [], []
     for name in library():
         shown = _typical(ground, name, _by_first_strength(name))
-        if shown is not None and ground.projector.gram(shown[0][None])[0, 0] < NOTHING**2:
+        if shown is not None and shown[2] < NOTHING:
             shown = _typical(ground, name, starts(name))
         if shown is not None:
             names.append(name)
@@ -119,14 +119,17 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
     return result
 
 
-def _typical(ground: Ground, name: str, begins: list[list[float]]) -> tuple[np.ndarray, float] | None:
-    """The signature (trials, n) of an effect's typical size, from the start that shows most, and the share absorbed."""
+def _typical(ground: Ground, name: str, begins: list[list[float]]) -> tuple[np.ndarray, float, float] | None:
+    """The signature (trials, n) of an effect's typical size, from the start that shows most.
+
+    With it the share of its signature that is absorbed, and its whitened distance.
+    """
     found = list(ground.signatures(name, begins))
     if not found:
         return None
     left = np.array([ground.projector.gram(s[None])[0, 0] for _, s, _ in found])
     whole = np.array([ground.projector.gram_of_nuisances(s[None])[0, 0] for _, s, _ in found])
     start, strongest, _ = found[int(np.argmax(left))]
-    size = abs(start[0]) or 1.0
+    typical = library()[name].parameters()[0].scale / (abs(start[0]) or 1.0)
     absorbed = float(np.clip(1 - (left / np.maximum(whole, 1e-12)).min(), 0.0, 1.0))
-    return strongest * (library()[name].parameters()[0].scale / size), absorbed
+    return strongest * typical, absorbed, float(np.sqrt(max(left.max(), 0.0)) * typical)

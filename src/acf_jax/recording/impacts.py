@@ -88,11 +88,11 @@ def _reviewed(
     force = session.force
     step = sampling_interval(force)
     begins = np.array([contact.begin for contact in found])
-    times = np.array([int(force.time[0]) + round(1e9 * entry.contact_s) for entry in review])
+    entries = sorted(review, key=lambda e: e.contact_s)
+    times = np.array([int(force.time[0]) + round(1e9 * entry.contact_s) for entry in entries])
     left = [c for c in found if np.abs(times - c.begin).min(initial=_SAME + 1) > _SAME]
     chosen: list[tuple[str, Contact, bool | None]] = []
-    for entry in sorted(review, key=lambda e: e.contact_s):
-        begin = int(force.time[0]) + round(1e9 * entry.contact_s)
+    for entry, begin in zip(entries, times.tolist(), strict=True):
         near = int(np.argmin(np.abs(begins - begin)))
         if abs(int(begins[near]) - begin) <= _SAME:
             chosen.append((entry.trial, found[near], entry.keep))
