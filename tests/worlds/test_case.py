@@ -73,6 +73,16 @@ def test_a_target_distance_is_met(name):
     assert make_case(4, [name], target=8.0).distance == pytest.approx(8.0, rel=0.06)
 
 
+def test_the_distance_is_that_of_the_sound_trials_as_they_happened():
+    case = make_case(12, ["gravity"], size=0.3)
+    assert [trial.fault for trial in case.trials].count("dropout") == 1
+    world, causes = find_world("scipy"), list(case.causes.values())
+    assert case.distance < 0.97 * distance(world, case.setup, causes)  # one trial of sixteen is lost
+    happened = replace(case.setup, conditions=tuple(t.impact for t in case.trials), repeats=1)
+    assert case.distance < distance(world, happened, causes)
+    assert all(abs(t.impact.v_e / t.commanded.v_e - 1) < 5 * case.setup.spread for t in case.trials)
+
+
 def test_distance_counts_repeats_and_falls_with_noise():
     world = find_world("scipy")
     setup = replace(draw_setup(np.random.default_rng(3), coloured=False), repeats=1)

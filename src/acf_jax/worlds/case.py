@@ -1,7 +1,7 @@
 """A case: a data set with a hidden cause, and its answer."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ class Trial:
 
     name: str
     commanded: Impact  # what its label says
+    impact: Impact  # what happened
     time: Array  # s, shape (n,)
     force: Array  # N, shape (n,), sensed
     peak: float  # N, largest sample until contact is lost
@@ -32,7 +33,9 @@ class Case:
     setup: Setup
     causes: dict[str, AbstractCause]
     sizes: dict[str, float]
-    distance: float  # whitened, see `acf_jax.worlds.distance`
+    distance: (
+        float  # whitened, over the trials as they happened but for a faulty one: `acf_jax.worlds.distance`
+    )
     outside_library: bool
     trials: tuple[Trial, ...]
     held_out: tuple[Trial, ...]  # noise-free
@@ -52,7 +55,7 @@ def make_case(
         seed: of everything drawn.
         effects: names of causes of the world; none at all for the paper's model.
         size: of every effect, above 0: near 0 for its neutral limit, 1 for clear.
-        target: instead of `size`: the whitened distance that each effect shall have by itself.
+        target: instead of `size`: the whitened distance that each effect shall have by itself as commanded.
         world: name of the world.
         coloured: whether the noise is coloured; drawn (a fifth of the cases) where absent.
 
@@ -86,15 +89,18 @@ def make_case(
     causes = {
         name: engine.draw(name, own, setup.rig, sizes[name]) for name, own in zip(effects, seeds, strict=True)
     }
+    trials = record_trials(rng, engine, setup, list(causes.values()))
+    sound = tuple(trial.impact for trial in trials if not trial.fault)
+    seen = replace(setup, conditions=sound, repeats=1)
     return Case(
         seed=seed,
         world=world,
         setup=setup,
         causes=causes,
         sizes=sizes,
-        distance=distance(engine, setup, list(causes.values()), tangents) if causes else 0.0,
+        distance=distance(engine, seen, list(causes.values())) if causes else 0.0,
         outside_library=bool(set(effects) & set(engine.causes("beyond"))),
-        trials=record_trials(rng, engine, setup, list(causes.values())),
+        trials=trials,
         held_out=_record_held_out(engine, setup, list(causes.values())),
     )
 
@@ -123,7 +129,7 @@ def record_trials(
         if fault == "wrong_label":
             label = max(setup.conditions, key=lambda other: abs(other.v_e - impact.v_e))
         force = np.round(force / setup.quantum) * setup.quantum
-        trials.append(Trial(f"t{i:03d}", label, time, force, float(force[in_contact].max()), fault))
+        trials.append(Trial(f"t{i:03d}", label, impact, time, force, float(force[in_contact].max()), fault))
     return tuple(trials)
 
 
@@ -135,6 +141,6 @@ def _record_held_out(
     for i, impact in enumerate(setup.held_out):
         response = world.respond(setup.rig, causes, impact, time)
         trials.append(
-            Trial(f"h{i:03d}", impact, response.time, response.sensed, float(response.sensed.max()))
+            Trial(f"h{i:03d}", impact, impact, response.time, response.sensed, float(response.sensed.max()))
         )
     return tuple(trials)
