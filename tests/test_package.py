@@ -36,7 +36,7 @@ PEAK = (
 
 # A part may import parts above it and its own, never parts below.
 LAYERS = [
-    {"errors", "files", "folders", "start", "workers"},
+    {"errors", "files", "folders", "forms", "start", "workers"},
     {"model"},
     {"identify", "surrogate"},
     {"effects"},

@@ -4,29 +4,18 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 import yaml
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from acf_jax.errors import InputError, shown
+from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
+from acf_jax.forms import Part, check_form
 from acf_jax.surrogate.box import UNITS
 from acf_jax.surrogate.load import Shape
 
 FeatureName = Literal["raw", "dimensionless", "fold"]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Range(_Part):
+class Range(Part):
     """Lowest and highest value of one parameter, and how samples spread between them."""
 
     low: float
@@ -52,7 +41,7 @@ def sign_faults(name: str, value: Range) -> list[str]:
     return []
 
 
-class Ranges(_Part):
+class Ranges(Part):
     """The box of parameters; zeta is the damping ratio and sets d = 2 zeta sqrt(m (k_F + k_C))."""
 
     m: Range
@@ -77,7 +66,7 @@ class Ranges(_Part):
         return value
 
 
-class Samples(_Part):
+class Samples(Part):
     """How many samples, and by which low-discrepancy design."""
 
     train: int = Field(ge=1024, le=2**24)
@@ -86,7 +75,7 @@ class Samples(_Part):
     method: Literal["sobol", "latin_hypercube"] = "sobol"
 
 
-class Optimiser(_Part):
+class Optimiser(Part):
     """Adam with a linear warm-up and a cosine decay."""
 
     learning_rate: float = Field(gt=0, description="highest, reached after the warm-up")
@@ -106,7 +95,7 @@ class Optimiser(_Part):
         return self
 
 
-class Processes(_Part):
+class Processes(Part):
     """The processes that train together, each started with the same configuration but for its `id`."""
 
     coordinator: str = Field(pattern=r"^.+:\d+$", description="host:port at which process 0 is reached")
@@ -120,7 +109,7 @@ class Processes(_Part):
         return self
 
 
-class TableRig(_Part):
+class TableRig(Part):
     """A rig's parameters."""
 
     m: float = Field(gt=0)  # kg
@@ -132,13 +121,13 @@ class TableRig(_Part):
 BESIDE_RIG = ("relative_std", "tried")  # keys of a rig's file that Table 1 does not ask for
 
 
-class Table1(_Part):
+class Table1(Part):
     """The rig that stands for the paper's in Table 1; F_P and the velocities are configs/table1.csv's."""
 
     rig: TableRig
 
 
-class _Run(_Part):
+class _Run(Part):
     """What every run depends on."""
 
     output: Path = Field(description="folder of the run, from the working directory")
@@ -173,7 +162,7 @@ class Config(_Run):
         return tuple(dict.fromkeys((self.features, *self.compare)))
 
 
-class Labels(_Part):
+class Labels(Part):
     """Which corrected model to learn, and what of it."""
 
     model: Path = Field(
@@ -217,9 +206,9 @@ def read_config(path: Path, changes: tuple[str, ...] = ()) -> AnyConfig:
     form: type[AnyConfig] = CorrectedConfig if "labels" in values else Config
     config = None
     try:
-        config = form.model_validate(values)
-    except ValidationError as error:
-        faults += [line for fault in error.errors() for line in _lines(path, dict(fault))]
+        config = check_form(form, values, path)
+    except InputError as error:
+        faults += error.faults
     if faults or config is None:
         raise InputError(faults)
     return config
@@ -259,21 +248,3 @@ def _include_rig(path: Path, values: dict[str, Any]) -> list[str]:
         values["table1"] = None
         return [f"{path}: table1: {fault}" for fault in error.faults]
     return []
-
-
-_REMEDIES = {
-    "extra_forbidden": "unknown key; remove it or correct its spelling",
-    "missing": "is missing; add it",
-}
-
-
-def _lines(path: Path, fault: dict[str, Any]) -> list[str]:
-    """A pydantic error as lines `file: dotted.path: problem; remedy`."""
-    where = ".".join(str(part) for part in fault["loc"])
-    if fault["type"] == "value_error":
-        problems = str(fault["ctx"]["error"]).split("\n")
-    elif fault["type"] in _REMEDIES:
-        problems = [_REMEDIES[fault["type"]]]
-    else:
-        problems = [f"{fault['msg'].lower()}, but is {shown(fault['input'])}; correct the value"]
-    return [f"{path}: {where}: {problem}" for problem in problems]

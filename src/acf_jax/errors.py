@@ -1,5 +1,6 @@
 """The one error that a user's input can cause."""
 
+import difflib
 import reprlib
 from collections.abc import Sequence
 
@@ -31,3 +32,9 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 40, 40
 def shown(value: object) -> str:
     """`value` as it is written in Python, on one line and short enough for a message."""
     return _SHORT.repr(value)
+
+
+def suggestion(name: str, known: Sequence[str]) -> str:
+    """`; did you mean ...` when one of `known` resembles `name`, else an empty string."""
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    return f"; did you mean {shown(close[0])}?" if close else ""

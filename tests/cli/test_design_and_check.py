@@ -122,7 +122,7 @@ def test_design_lists_all_faults_at_once(call, tmp_path):
         "limit:",
         "f_p: low (3) must be below high (1)",
         "v_e: must be a number",
-        "fre: unknown key",
+        "fre: is not a known key; did you mean 'free'?",
     ):
         assert part in found
     assert ".html" in found and found.count("design.yaml") == 5
@@ -137,7 +137,7 @@ def test_design_lists_all_faults_at_once(call, tmp_path):
     found = faults(call, "design", "--config", config)
     for part in (
         "limit: must be a number, but is True",
-        "f_p: input should be greater than or equal to 0, but is -3",
+        "f_p: must be greater than or equal to 0, but is -3",
         "free.mass: is not a parameter of the model; known are m, d, k_f, k_c",
         "free.k_c: low must be above 0",
         "free.v_e: give its range at the key v_e",

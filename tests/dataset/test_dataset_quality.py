@@ -469,5 +469,5 @@ def test_without_any_scatter_the_noise_is_assumed_or_asked_for() -> None:
     quality = assess_dataset(dataset)
     assert quality.noise.source == "assumed" and quality.noise.std == 0.5
     nothing = replace(dataset, trials=tuple(replace(t, peak_force=0.0) for t in same[:4]))
-    with pytest.raises(InputError, match=r"dataset.yaml key 'measurement.force_noise_std_n': .*; state it"):
+    with pytest.raises(InputError, match=r"dataset.yaml: measurement.force_noise_std_n: .*; state it"):
         assess_dataset(nothing)

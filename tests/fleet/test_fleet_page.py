@@ -200,11 +200,14 @@ def test_a_record_comes_back_and_a_wrong_one_is_named(tmp_path: Path) -> None:
         return json.dumps({**may, "rigs": [{**may["rigs"][0], "parameters": {FRICTION: known | estimate}}]})
 
     for text, fault in (
-        (strange(value=1e308), "value: value error, must be 0, or between 1e-60 and 1e.60 in size"),
-        (strange(std=1e-300), "std: value error, must be 0, or between 1e-60 and 1e.60 in size"),
-        (strange(std=-1.0), "std: input should be greater than or equal to 0"),
+        (strange(value=1e308), "value: must be 0, or between 1e-60 and 1e.60 in size"),
+        (strange(std=1e-300), "std: must be 0, or between 1e-60 and 1e.60 in size"),
+        (strange(std=-1.0), "std: must be greater than or equal to 0"),
         (json.dumps({**may, "rigs": 2 * may["rigs"]}), "rig 'a' is listed more than once"),
-        (json.dumps({"schema": "acf-gap-fleet/1", "label": "x", "rigs": []}), "finished: field required"),
+        (
+            json.dumps({"schema": "acf-gap-fleet/1", "label": "x", "rigs": []}),
+            "finished: is missing; name a folder",
+        ),
         ("{", "is not JSON"),
         ("[" * 100_000, "is not JSON"),
     ):

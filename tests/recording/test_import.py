@@ -215,7 +215,7 @@ def test_without_a_rig_there_is_a_template(tmp_path):
     page = (tmp_path / "set" / "import.html").read_text()
     assert "Import again with --review cuts.yaml, which writes that file" in page
     assert done.exit_code == 0 and "fill in the rig" in done.output
-    with pytest.raises(InputError, match=r"rig.moving_mass_kg.value': must be a number"):
+    with pytest.raises(InputError, match=r"rig.moving_mass_kg.value: must be a number, but is empty"):
         read_dataset(tmp_path / "set")
     description = tmp_path / "set/dataset.yaml"
     stated = "measurement: {force_noise_std_n: 1.5, contact_velocity_rel_std: 0.2}\n"
@@ -407,14 +407,27 @@ def test_faults_of_mapping_and_review_come_together(tmp_path):
     mapping.write_text("forse: a\nvelocity: {name: v, scale: 0}\ncontacts: {before_s: -1}\n")
     (tmp_path / "rig.yaml").write_text("rig: {moving_mass_kg: {value: 2100, std: 1}}\n")
     said = refused(tmp_path, path, "--mapping", mapping, "--rig", tmp_path / "rig.yaml")
-    for part in ("did you mean 'force'", "scale must not be 0", "'contacts.before_s'", "divide by 1000"):
+    for part in (
+        "did you mean 'force'",
+        "scale must not be 0",
+        ": contacts.before_s: must be greater than 0, but is -1",
+        "divide by 1000",
+    ):
         assert part in said
     mapping.write_text("velocity: {nam: v}\npretension: [60]\n")
     faults = refused(tmp_path, path, "--mapping", mapping).splitlines()
     for fault, part in zip(
-        faults, ("'velocity.name': is missing", "'velocity.nam': is not", "'pretension': "), strict=True
+        faults,
+        (
+            ": velocity.name: is missing",
+            ": velocity.nam: is not a known key; did you mean 'name'",
+            ": pretension: is [60], neither",
+        ),
+        strict=True,
     ):
         assert part in fault
+    said = refused(tmp_path, path, "--velocity", "0*v", "--pretension", "60")
+    assert said.startswith("--velocity: scale must not be 0")
     review = tmp_path / "cuts.yaml"
     cut = "{trial: a, contact_s: 1.0, keep: true}"
     review.write_text(f"schema: acf-import-cuts/1\nrecording: x\ncuts: [{cut}, {cut}]\n")

@@ -38,7 +38,7 @@ def test_lists_every_fault_at_once(small: Path, capsys: pytest.CaptureFixture[st
         "ranges.k_c: unit must be N/m, but is N/mm; convert the range to N/m",
         "ranges.v_e: a log scale cannot start at 0; raise low or use scale: linear",
         "ranges.zeta.scale:",
-        "ranges.mass: unknown key; remove it or correct its spelling",
+        "ranges.mass: is not a known key; remove it",
         "optimiser.steps:",
         "optimiser.warm_up_steps:",
         "network.width:",

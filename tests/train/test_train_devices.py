@@ -129,7 +129,7 @@ def test_a_design_is_the_same_in_parts(small: Path, method: str, ends: tuple[int
     ("changes", "fault"),
     [
         (["devices=64"], "devices: 64 are asked for, but process 0 has"),
-        (["processes.coordinator=host"], "processes.coordinator: string should match pattern"),
+        (["processes.coordinator=host"], "processes.coordinator: must match pattern"),
         (
             ["processes.coordinator=host:1", "processes.count=2", "processes.id=2"],
             "processes: id (2) must be below count (2); the first process has id 0",

@@ -1,23 +1,20 @@
 """What is read back in a blind run: answers and diagnoses, checked before they are scored."""
 
-import json
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from acf_jax.effects import Component, library
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_json_mapping, read_yaml_mapping
+from acf_jax.forms import check_form
 
 ANSWER, DIAGNOSIS = "answer.yaml", "diagnosis.json"
 
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
-
-
-Form = TypeVar("Form", bound=_Part)
 
 
 class Answer(_Part):
@@ -107,9 +104,8 @@ def read_answer(folder: Path) -> Answer:
 
 def check_answer(where: Path | str, content: Any) -> Answer:
     """An answer from its keys; `InputError` names those that are wrong, and effects that may be misspelt."""
-    answer = _checked(
-        Answer, where, content, "write effects: [...], with components: [...] for an unknown one"
-    )
+    remedy = "write effects: [...], with components: [...] for an unknown one"
+    answer = check_form(Answer, content, where, remedy, strict=True)
     strange = [name for name in answer.effects if name not in library()]
     if strange and not answer.components:
         raise InputError(
@@ -124,16 +120,5 @@ def read_said(result: Path) -> Said | Failed:
     path, remedy = result / DIAGNOSIS, "remove its folder, and diagnose again"
     content = read_json_mapping(path, remedy)
     if "error" in content:
-        return _checked(Failed, path, content, remedy)
-    return _checked(Said, path, content, remedy)
-
-
-def _checked(form: type[Form], where: Path | str, content: Any, remedy: str) -> Form:
-    try:
-        # From JSON's types, so that a list stands for a tuple and true for no number.
-        return form.model_validate_json(json.dumps(content, default=str, skipkeys=True), strict=True)
-    except ValidationError as error:
-        faults = [
-            f"{where}: {'.'.join(map(str, e['loc']))}: {e['msg'].lower()}; {remedy}" for e in error.errors()
-        ]
-        raise InputError(faults) from None
+        return check_form(Failed, content, path, remedy, strict=True)
+    return check_form(Said, content, path, remedy, strict=True)

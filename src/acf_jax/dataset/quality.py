@@ -188,7 +188,7 @@ def _choose_noise(
         if found and (std := max(found.std, least)) > 0.0:
             return replace(found, std=std, offset=told.offset if told else 0.0)
     raise InputError(
-        f"{dataset.folder / 'dataset.yaml'} key 'measurement.force_noise_std_n': is missing, and neither traces nor"
+        f"{dataset.folder / 'dataset.yaml'}: measurement.force_noise_std_n: is missing, and neither traces nor"
         " peaks tell the noise of the force; state it"
     )
 

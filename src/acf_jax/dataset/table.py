@@ -1,15 +1,13 @@
 """CSV files as rows of text, with every fault of their form collected."""
 
 import csv
-import difflib
 import io
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from acf_jax.errors import InputError
-from acf_jax.errors import shown as shown  # what is said of tables is said with it
+from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.files import read_text
 
 _SHOWN = 8  # faults shown of one file; a wrong column would fill the screen otherwise
@@ -56,12 +54,6 @@ class Table:
         rest = len(self.faults) - _SHOWN
         more = [f"{self.path}: {rest} more faults of this file are not shown; correct these first"]
         return self.faults[:_SHOWN] + (more if rest > 0 else [])
-
-
-def suggestion(name: str, known: Sequence[str]) -> str:
-    """`; did you mean ...` when one of `known` resembles `name`, else an empty string."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    return f"; did you mean {shown(close[0])}?" if close else ""
 
 
 def read_table(path: Path, required: Sequence[str]) -> Table:

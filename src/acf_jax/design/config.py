@@ -6,9 +6,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     Tag,
@@ -22,6 +20,7 @@ from pydantic import (
 from acf_jax.dataset.units import unit_fault
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
+from acf_jax.forms import Part, check_form
 
 Goal = Literal["fastest", "highest_process_force", "widest_margin"]
 IMPACT = ("v_e", "f_p")
@@ -48,11 +47,7 @@ Share = Annotated[Number, AfterValidator(_is_a_share)]
 Count = Annotated[int, BeforeValidator(_no_flag)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Range(_Part):
+class Range(Part):
     """What a free quantity may be."""
 
     low: Number = Field(ge=0)
@@ -71,11 +66,17 @@ def _kind(value: Any) -> str:
     return "range" if isinstance(value, dict | Range) else "number"
 
 
+def _no_list(value: Any) -> Any:
+    if isinstance(value, list):
+        raise ValueError(f"must be a number, or {{low: ..., high: ...}}, but is {shown(value)}; correct it")
+    return value
+
+
 Fixed = Annotated[Number, Field(ge=0), Tag("number")]
-Quantity = Annotated[Fixed | Annotated[Range, Tag("range")], Discriminator(_kind)]
+Quantity = Annotated[Fixed | Annotated[Range, Tag("range")], Discriminator(_kind), BeforeValidator(_no_list)]
 
 
-class Config(_Part):
+class Config(Part):
     """A number is given, a range is free."""
 
     model: Path = Field(description="a rig's YAML file or a diagnosis' model.json, beside this file")
@@ -96,13 +97,6 @@ class Config(_Part):
     def _is_in_si_units(cls, value: float | Range, info: ValidationInfo) -> float | Range:
         if fault := _unit_fault(str(info.field_name), _span(value)):
             raise ValueError(fault)
-        return value
-
-    @field_validator("free")
-    @classmethod
-    def _is_further(cls, value: dict[str, Range]) -> dict[str, Range]:
-        if faults := _further_faults({name: _span(given) for name, given in value.items()}):
-            raise ValueError("\n".join(faults))
         return value
 
     @field_validator("goal")
@@ -182,18 +176,15 @@ _QUANTITY: TypeAdapter[float | Range] = TypeAdapter(Quantity)
 
 def read_question(path: Path) -> Question:
     """What a file asks, with every fault of it; `InputError` where the file holds no mapping."""
-    content = read_yaml_mapping(path)
+    content, config, faults = read_yaml_mapping(path), None, []
     try:
-        return Question(Config.model_validate(content), content, [])
-    except ValidationError as error:
-        found = error.errors()
-    faults = [line for fault in found for line in _lines(path, dict(fault))]
-    question = Question(None, content, faults)
-    if any(fault["loc"][:1] == ("free",) and len(fault["loc"]) > 1 for fault in found):
-        # one range at fault keeps pydantic from looking at them together
-        spans = {name: question.spans().get(name) for name in question.names("free")}
-        faults += [f"{path}: free.{fault}" for fault in _further_faults(spans)]
-    return question
+        config = check_form(Config, content, path)
+    except InputError as error:
+        faults = error.faults
+    question = Question(config, content, faults)
+    spans = {name: question.spans().get(name) for name in question.names("free")}
+    faults += [f"{path}: free.{fault}" for fault in _further_faults(spans)]
+    return question._replace(config=None) if faults else question
 
 
 def read_config(path: Path) -> Config:
@@ -202,26 +193,3 @@ def read_config(path: Path) -> Config:
     if question.config is None:
         raise InputError(question.faults)
     return question.config
-
-
-_REMEDIES = {
-    "extra_forbidden": "unknown key; remove it or correct its spelling",
-    "missing": "is missing; add it",
-}
-
-
-def _lines(path: Path, fault: dict[str, Any]) -> list[str]:
-    """A pydantic error as lines `file: dotted.path: problem; remedy`."""
-    key = ".".join(str(part) for part in fault["loc"] if part not in ("number", "range"))
-    where = f"{path}: {key}: " if key else f"{path}: "
-    if fault["type"] == "value_error":
-        problems = str(fault["ctx"]["error"]).split("\n")
-        return [f"{path}: {key}.{p}" if key == "free" else where + p for p in problems]
-    if fault["type"] in _REMEDIES:
-        return [where + _REMEDIES[fault["type"]]]
-    if fault["loc"][-1:] == ("number",) and fault["type"] != "greater_than_equal":
-        return [
-            where
-            + f"must be a number, or {{low: ..., high: ...}}, but is {shown(fault['input'])}; correct it"
-        ]
-    return [where + f"{fault['msg'].lower()}, but is {shown(fault['input'])}; correct the value"]

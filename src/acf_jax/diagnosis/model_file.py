@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, ConfigDict, Field
 from scipy.spatial import ConvexHull, QhullError
 
 from acf_jax.diagnosis.diagnose import Diagnosis
@@ -14,6 +14,7 @@ from acf_jax.diagnosis.score import UNKNOWN, is_port
 from acf_jax.diagnosis.space import delays, every_effect, parameters
 from acf_jax.errors import InputError
 from acf_jax.files import read_json_mapping
+from acf_jax.forms import Part, check_form
 
 SCHEMA: Literal["acf-gap-model/1"] = "acf-gap-model/1"
 RIG_BOUNDS = (
@@ -27,8 +28,6 @@ Verdict = Literal["no_gap", "identified", "ambiguous", "unknown", "insufficient_
 LATEST_S = 0.01  # a reading is late by at most this, or early
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-
 
 def _in_order(value: tuple[float, float]) -> tuple[float, float]:
     if not 0 <= value[0] <= value[1]:
@@ -36,28 +35,26 @@ def _in_order(value: tuple[float, float]) -> tuple[float, float]:
     return value
 
 
-Condition = tuple[Annotated[Finite, Field(ge=0)], Annotated[Finite, Field(ge=0)]]  # v_E in m/s, F_P in N
-Spread = Annotated[Finite, Field(ge=0, le=1)]
-Between = Annotated[tuple[Finite, Finite], AfterValidator(_in_order)]
+Condition = tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]]  # v_E in m/s, F_P in N
+Spread = Annotated[float, Field(ge=0, le=1)]
+Between = Annotated[tuple[float, float], AfterValidator(_in_order)]
 
 
-class Variant(BaseModel):
+class Variant(Part):
     """One parameter set: an explanation, its parameters in SI units, and their covariance."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     effects: tuple[str, ...]
     probability: float = Field(ge=0, le=1)
     names: tuple[str, ...]
-    theta: tuple[Finite, ...]
-    covariance: tuple[tuple[Finite, ...], ...]
+    theta: tuple[float, ...]
+    covariance: tuple[tuple[float, ...], ...]
     delay_s: float = Field(default=0.0, ge=-LATEST_S, le=LATEST_S)  # by which the sensor reads later
 
 
-class GapModel(BaseModel):
+class GapModel(Part):
     """The content of `model.json`."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+    model_config = ConfigDict(populate_by_name=True)
 
     schema_: Literal["acf-gap-model/1"] = Field(alias="schema")
     description: str
@@ -155,15 +152,7 @@ def read_model(path: Path) -> GapModel:
 
 def check_model(path: Path, content: dict[str, Any]) -> GapModel:
     """The model in what a file holds; `InputError` names what is wrong with it."""
-    try:
-        model = GapModel.model_validate(content)
-    except ValidationError as error:
-        raise InputError(
-            [
-                f"{path}: {'.'.join(map(str, e['loc']))}: {e['msg']}; write it anew with `diagnose`"
-                for e in error.errors()
-            ]
-        ) from None
+    model = check_form(GapModel, content, path, "write it anew with `diagnose`")
     faults = []
     for name in ("nominal", "recalibrated", "corrected"):
         faults += _faults(path, name, getattr(model, name))

@@ -6,23 +6,20 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from acf_jax import __version__
 from acf_jax.diagnosis.score import CREDIBLE
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_json_mapping
+from acf_jax.forms import Part, check_form
 
 SCHEMA: Literal["acf-gap-fleet/1"] = "acf-gap-fleet/1"
 FILE = "fleet.json"
 FAR = 1e60  # beyond any parameter in SI units, and its square is still a number
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Estimate(_Part):
+class Estimate(Part):
     """A parameter of the corrected model."""
 
     value: float
@@ -38,7 +35,7 @@ class Estimate(_Part):
         return number
 
 
-class Rig(_Part):
+class Rig(Part):
     """One rig: its diagnosis, or why it has none."""
 
     rig: str  # the name of its folder
@@ -54,11 +51,11 @@ class Rig(_Part):
     corrected_rms_n: float | None = None  # and after it
     peak_rms_percent: float | None = None  # peak error on unseen conditions, after it
     shrinkage: float | None = None  # of the force error; of the peak error where there are no traces
-    parameters: dict[str, Estimate] = {}
+    parameters: dict[str, Estimate] = Field(default={})
     warnings: int = 0
 
 
-class Change(_Part):
+class Change(Part):
     """What is different about a rig since an earlier run."""
 
     rig: str
@@ -68,7 +65,7 @@ class Change(_Part):
     sigmas: float | None = None  # the trend over its standard deviation; None for a cause
 
 
-class Fleet(_Part):
+class Fleet(Part):
     """One run over all rigs."""
 
     schema_: Literal["acf-gap-fleet/1"] = Field(default=SCHEMA, alias="schema")
@@ -116,12 +113,7 @@ def rig_of(name: str, data: str, content: dict[str, Any]) -> Rig:
 def read_fleet(folder: Path) -> Fleet:
     """The record in a folder that `fleet` wrote; `InputError` says what is wrong with it."""
     path, remedy = folder / FILE, "name a folder that `fleet` wrote"
-    try:
-        return Fleet.model_validate(read_json_mapping(path, remedy))
-    except ValidationError as error:
-        found = [(".".join(map(str, e["loc"])), e["msg"].lower()) for e in error.errors()[:5]]
-        problems = [f"{key}: {what}" if key else what for key, what in found]
-    raise InputError([f"{path}: {problem}; {remedy}" for problem in problems])
+    return check_form(Fleet, read_json_mapping(path, remedy), path, remedy)
 
 
 def read_fleets(folders: Sequence[Path]) -> list[Fleet]:

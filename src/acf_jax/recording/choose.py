@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from acf_jax.dataset.table import shown
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.recording.mapping import Mapping, Source
 from acf_jax.recording.readers import Recording
 from acf_jax.recording.series import Channel

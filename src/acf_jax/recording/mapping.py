@@ -4,30 +4,17 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Tag,
-    ValidationError,
-    model_validator,
-)
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError, model_validator
 
-from acf_jax.dataset.table import suggestion
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
+from acf_jax.forms import Part, problems
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _TEXT = re.compile(rf"(?:(?P<scale>{_NUMBER})\*)?(?P<name>.+)", re.DOTALL)
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Source(_Part):
+class Source(Part):
     """One signal of a recording: `[SCALE*]NAME`, `[SCALE*]/TOPIC[:FIELD]`, or these keys."""
 
     name: str = Field(min_length=1, description="topic, column or array")
@@ -63,15 +50,17 @@ def parse_source(text: str) -> Source:
 
 
 def _source(value: Any) -> Any:
+    if not isinstance(value, str | dict | Source):
+        raise ValueError(f"is {shown(value)}, no signal; name a topic or a column")
     return parse_source(value) if isinstance(value, str) else value
 
 
 def _source_or_number(value: Any) -> Any:
-    if isinstance(value, bool):
-        raise ValueError("is neither a signal nor a number; name one")
+    if isinstance(value, bool | list):
+        raise ValueError(f"is {shown(value)}, neither a signal nor a number; name one")
     if isinstance(value, str) and re.fullmatch(_NUMBER, value.strip()):
         return float(value)
-    return _source(value)
+    return value if isinstance(value, int | float) else _source(value)
 
 
 def _kind(value: Any) -> str:
@@ -86,7 +75,7 @@ SignalOrNumber = Annotated[
 ]
 
 
-class Contacts(_Part):
+class Contacts(Part):
     """How contacts are found and cut; the defaults suit impacts of milliseconds."""
 
     threshold_n: float | None = Field(
@@ -98,7 +87,7 @@ class Contacts(_Part):
     tare: bool = Field(default=False, description="subtract the force before each contact")
 
 
-class Mapping(_Part):
+class Mapping(Part):
     """What the signals of a recording are; what is left out is looked for."""
 
     force: Signal | None = Field(default=None, description="N")
@@ -119,27 +108,14 @@ class Mapping(_Part):
 def read_mapping(path: Path | None, options: dict[str, Any]) -> Mapping:
     """The mapping of a file, options of the command line in place of its keys; `InputError` lists every fault."""
     given = {name: value for name, value in options.items() if value is not None}
-    document = read_yaml_mapping(path) if path else {}
+    content = read_yaml_mapping(path) if path else {}
     if "velocity" in given or "position" in given:
-        document = {key: value for key, value in document.items() if key not in ("velocity", "position")}
+        content = {key: value for key, value in content.items() if key not in ("velocity", "position")}
+    content |= given
     try:
-        return Mapping.model_validate(document | given)
+        return Mapping.model_validate(content)
     except ValidationError as error:
-        raise InputError([_fault(path, dict(fault), given) for fault in error.errors()]) from None
-
-
-def _fault(path: Path | None, fault: dict[str, Any], given: dict[str, Any]) -> str:
-    location = [str(part) for part in fault["loc"] if part not in ("a signal", "a number")]
-    key = ".".join(location)
-    where = f"--{key}" if location and location[0] in given else f"{path} key '{key}'" if key else f"{path}"
-    if fault["type"] == "extra_forbidden":
-        known = [*Mapping.model_fields, *Source.model_fields, *Contacts.model_fields]
-        return f"{where}: is not a known key{suggestion(location[-1], known) or '; remove it'}"
-    if fault["type"] == "value_error":
-        return f"{where}: {fault['ctx']['error']}"
-    if fault["type"] == "missing":
-        return f"{where}: is missing; add it"
-    if fault["type"] == "model_type":
-        return f"{where}: is no signal; name a topic or a column"
-    what = f"{fault['msg'].lower()}, but is {str(fault['input'])[:60]!r}"
-    return f"{where}: {what}; see the mapping in docs/import.md"
+        found = list(problems(Mapping, content, error))
+    where = path or "options"
+    places = [f"--{key}" if key in given else f"{where}: {key}" if key else f"{where}" for key, _ in found]
+    raise InputError([f"{place}: {problem}" for place, (_, problem) in zip(places, found, strict=True)])

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from acf_jax.dataset import units
-from acf_jax.dataset.table import suggestion
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
+from acf_jax.forms import Part, check_form
 from acf_jax.recording.cut import Cut
 
 SCHEMA = "acf-import-cuts/1"
@@ -21,11 +21,7 @@ HEAD = """\
 """
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Entry(_Part):
+class Entry(Part):
     """One contact."""
 
     trial: str = Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9_]([\w.+-]*\w)?$")
@@ -33,7 +29,7 @@ class Entry(_Part):
     keep: bool
 
 
-class Review(_Part):
+class Review(Part):
     """The file."""
 
     schema_: Literal["acf-import-cuts/1"] = Field(alias="schema")
@@ -46,14 +42,11 @@ def read_review(path: Path, recording: str, duration: float) -> Review:
 
     **Arguments:** `recording`: name of the recording that they have to be about. `duration`: its length, s.
     """
-    try:
-        review = Review.model_validate(read_yaml_mapping(path))
-    except ValidationError as error:
-        raise InputError([_fault(path, dict(fault)) for fault in error.errors()]) from None
+    review = check_form(Review, read_yaml_mapping(path), path)
     faults = []
     if review.recording != recording:
         faults.append(
-            f"{path} key 'recording': is {review.recording!r}, not {recording!r}; name the review of this recording"
+            f"{path}: recording: is {review.recording!r}, not {recording!r}; name the review of this recording"
         )
     names = [entry.trial for entry in review.cuts]
     for name in dict.fromkeys(name for name in names if names.count(name) > 1):
@@ -96,15 +89,3 @@ def review_text(recording: str, entries: list[tuple[Entry, str]]) -> str:
         trial = yaml.safe_dump(entry.trial).splitlines()[0]
         lines.append(f"  - {{trial: {trial}, contact_s: {entry.contact_s:.9f}, keep: {keep}}}  # {comment}")
     return "\n".join([*lines, ""])
-
-
-def _fault(path: Path, fault: dict) -> str:  # type: ignore[type-arg]
-    key = ".".join(str(part) for part in fault["loc"])
-    if fault["type"] == "missing":
-        return f"{path} key '{key}': is missing; add it"
-    if fault["type"] == "extra_forbidden":
-        known = [*Entry.model_fields, "schema", "recording", "cuts"]
-        return (
-            f"{path} key '{key}': is not a known key{suggestion(key.split('.')[-1], known) or '; remove it'}"
-        )
-    return f"{path} key '{key}': {fault['msg'].lower()}, but is {str(fault['input'])[:60]!r}; correct it"

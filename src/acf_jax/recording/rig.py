@@ -56,7 +56,7 @@ def earlier_rig(path: Path) -> RigFile | None:
 
 def _checked(path: Path, document: dict[str, Any]) -> RigFile:
     if "rig" not in document:
-        raise InputError(f"{path} key 'rig': is missing; write it as in docs/data_format.md")
+        raise InputError(f"{path}: rig: is missing; write it as in docs/data_format.md")
     _, prior, _ = check_description(path, {"schema": SCHEMA} | document)
     measurement = document.get("measurement")
     return RigFile(prior, document["rig"], dict(measurement) if measurement else {})

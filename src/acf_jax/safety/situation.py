@@ -4,9 +4,9 @@ import math
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from acf_jax.dataset.table import Row, Table, read_table, suggestion
+from acf_jax.dataset.table import Row, Table, read_table
 from acf_jax.dataset.units import VELOCITY, Limit
-from acf_jax.errors import InputError, shown
+from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.safety.limits import BodyArea, Limits
 
 Contact = Literal["transient", "quasi_static"]

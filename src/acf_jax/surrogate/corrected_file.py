@@ -72,7 +72,7 @@ def load_corrected(path: Path) -> tuple[CorrectedSurrogate, dict[str, Any]]:
     named = checked.domain
     sizes = {len(column) for column in named.model_dump().values()}
     if len(sizes) > 1 or any(low > high for low, high in zip(named.low, named.high, strict=True)):
-        raise InputError(f"{path}: header, domain: its columns do not fit each other; train it again")
+        raise InputError(f"{path}: header: domain: its columns do not fit each other; train it again")
     domain = Domain(**named.model_dump())
     dtype = np.dtype(checked.dtype)
     inputs, outputs = len(domain.free) + len(FEATURES), len(OUTPUTS)

@@ -8,15 +8,15 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field
 
 from acf_jax.errors import InputError
+from acf_jax.forms import Form, Part, check_form
 from acf_jax.surrogate.box import UNITS, Box
 from acf_jax.surrogate.features import FEATURES
 from acf_jax.surrogate.saved import read_header, read_leaves, write_tree
 from acf_jax.surrogate.surrogate import Affine, HeldOutError, Surrogate
 
-Form = TypeVar("Form", bound=BaseModel)
 Tree = TypeVar("Tree")
 
 FORMAT = "acf-jax surrogate 1"
@@ -25,10 +25,8 @@ DEFAULT = Path(__file__).with_name("default.eqx")
 ACTIVATIONS = {"tanh": jnp.tanh, "silu": jax.nn.silu, "gelu": jax.nn.gelu, "softplus": jax.nn.softplus}
 
 
-class Shape(BaseModel):
+class Shape(Part):
     """The network's layers."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     width: int = Field(ge=1, le=1024, description="units of a hidden layer")
     depth: int = Field(ge=1, le=16, description="hidden layers")
@@ -98,18 +96,14 @@ def load_surrogate(path: Path | str | None = None) -> Surrogate:
     header, body = read_header(path)
     checked = check_header(path, header, _Header)
     if set(checked.ranges) != set(UNITS):
-        raise InputError(f"{path}: header, ranges: must name {', '.join(UNITS)}; train it again")
+        raise InputError(f"{path}: header: ranges: must name {', '.join(UNITS)}; train it again")
 
     return fill(path, body, _like(checked, json.dumps(header)))
 
 
 def check_header(path: Path, header: dict[str, Any], form: type[Form]) -> Form:
     """The header in its form; `InputError` lists what does not fit."""
-    try:
-        return form.model_validate(header)
-    except ValidationError as error:
-        faults = [f"{path}: header, {_dotted(e['loc'])}: {e['msg']}" for e in error.errors()]
-        raise InputError([fault + "; train it again with this version" for fault in faults]) from None
+    return check_form(form, header, f"{path}: header", "train it again with this version")
 
 
 def fill(path: Path, body: bytes, like: Tree) -> Tree:
@@ -147,7 +141,3 @@ def _like(header: _Header, text: str) -> Surrogate:
         ),
         header=text,
     )
-
-
-def _dotted(location: tuple[int | str, ...]) -> str:
-    return ".".join(map(str, location))

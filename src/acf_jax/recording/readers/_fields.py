@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from acf_jax.dataset.table import suggestion
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, suggestion
 from acf_jax.recording.readers._guard import some
 
 _STEP = re.compile(r"(\w+)(?:\[([^\[\]]+)\])?")

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from acf_jax.dataset.table import shown, suggestion
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers._guard import some
 from acf_jax.recording.series import Array, Channel, Growing, Nanoseconds, Progress, Series

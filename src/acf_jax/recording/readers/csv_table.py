@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, TextIO, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from acf_jax.dataset.table import shown
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.recording.readers._guard import border
 from acf_jax.recording.readers._table import Chunk, Table
 from acf_jax.recording.series import Channel, Progress

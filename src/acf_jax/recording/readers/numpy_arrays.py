@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from acf_jax.dataset.table import shown
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.recording.readers._guard import border
 from acf_jax.recording.readers._table import Chunk, Table
 from acf_jax.recording.series import Channel, Progress

@@ -4,8 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from acf_jax.dataset.table import shown
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.recording.readers._guard import Faults, border, need, within
 from acf_jax.recording.readers._table import Chunk, Table
 from acf_jax.recording.series import Channel, Progress

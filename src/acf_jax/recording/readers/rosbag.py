@@ -9,8 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from acf_jax.dataset.table import shown, suggestion
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers._fields import getter
 from acf_jax.recording.readers._guard import Faults, border, need, some, within
