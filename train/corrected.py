@@ -1,6 +1,5 @@
 """A surrogate of the corrected model that a diagnosis leaves; `train.fit` runs it where `labels` are given."""
 
-import dataclasses
 import hashlib
 import json
 import time
@@ -16,7 +15,7 @@ from jax.sharding import Mesh
 
 import acf_jax
 from acf_jax.contact.peak import Simulated
-from acf_jax.contact.read import by_surrogate, of_diagnosis
+from acf_jax.contact.read import of_diagnosis
 from acf_jax.diagnosis.model_file import GapModel, read_model, write_model
 from acf_jax.errors import InputError
 from acf_jax.surrogate.corrected import (
@@ -36,14 +35,13 @@ from train.corrected_report import write_corrected_report
 from train.devices import Shards, find_devices, first_alone, is_first
 from train.domain import make_domain
 from train.evaluate import of_answer
-from train.judge import ask, joined, judge, misled, missed, search_worst, std_error, summary
+from train.judge import ask, joined, judge, misled, missed, search_worst, summary
 from train.labels import Labels, joined_labels, make_labels, make_simulator
 from train.loop import fit_network
 from train.results import write_results
 from train.versions import versions
 
 MARGIN = 1.2  # of the bounds over the largest errors that held-out samples and the search found
-STD_SAMPLES = 1024  # at which the force's standard deviation is simulated, ten times as dear as the force
 LEAST_SHARE = 0.5  # of impacts whose first peak is the largest force, below which the box is refused
 DISTANCE = 0.05  # of the third output above what was seen where the surrogate must not answer
 
@@ -94,19 +92,12 @@ def run(config: CorrectedConfig, resume: bool = False) -> dict[str, Any]:
             f"does in {100 * (1 - even.is_first.mean()):.2g} % of the impacts; raise the lowest k_c, or lower the "
             "highest k_f, d or mobility"
         )
-    std = np.zeros(1)  # the sensor's reading is no force to hold within a limit
-    if config.labels.force == "contact":
-        answered = held_out.q[of_held_out.is_first & (of_held_out.a > least)]
-        alone = dataclasses.replace(model, others=())
-        few = answered[:: max(1, len(answered) // STD_SAMPLES)]
-        std = std_error(alone, by_surrogate(alone, wide), few)
-    sizes = {"force": of_answer(held.force), "time": held.time[held.is_first], "std": std}
-    largest = {name: MARGIN * float(np.abs(errors).max()) for name, errors in sizes.items()}
-    dtype = surrogate.x.scale.dtype
-    bounds = Bounds(*(jnp.asarray(value, dtype) for value in (*largest.values(), least)))
+    errors = of_answer(held.force), held.time[held.is_first]
+    largest = (MARGIN * float(np.abs(error).max()) for error in errors)
+    bounds = Bounds(*(jnp.asarray(value, surrogate.x.scale.dtype) for value in (*largest, least)))
     surrogate = eqx.tree_at(lambda s: s.bounds, surrogate, bounds)
     test = {"box": data["test"], "edges": data["test_edges"]}
-    metrics = judge(with_dtype(surrogate, float), test, joined(known[2:]).held(least), std)
+    metrics = judge(with_dtype(surrogate, float), test, joined(known[2:]).held(least))
     metrics |= {"losses": losses, "versions": versions()}
     timings["evaluate_s"] = clock() - start
     if not is_first():
@@ -166,7 +157,7 @@ def _train(
     network, losses = fit_network(
         "corrected", shards, config.network, config.optimiser, config.seed, path, identity, resume
     )
-    nothing = Bounds(*(jnp.zeros(()) for _ in range(4)))
+    nothing = Bounds(*(jnp.zeros(()) for _ in range(3)))
     surrogate = CorrectedSurrogate(network, to_x, to_y, nothing, domain, config.labels.force)
     return with_dtype(surrogate, dtype), losses
 

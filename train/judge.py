@@ -8,8 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acf_jax.contact.body import Body
-from acf_jax.contact.model import ContactModel, spread
 from acf_jax.surrogate.corrected import CorrectedSurrogate, is_first_peak
 from train.evaluate import distribution, error_table, figures
 from train.labels import Labels, Simulator
@@ -94,28 +92,7 @@ def joined(parts: Sequence[Answers]) -> Answers:
     return Answers(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def std_error(simulated: ContactModel, learnt: ContactModel, q: np.ndarray) -> np.ndarray:
-    """Error of the force's standard deviation, relative to the force."""
-
-    def of(model: ContactModel) -> np.ndarray:
-        @eqx.filter_jit
-        def program(model: ContactModel, q: jax.Array) -> tuple[jax.Array, jax.Array]:
-            def one(q: jax.Array) -> tuple[jax.Array, jax.Array]:
-                peak, own = spread(model, q[:-1], Body(0.0, q[-1]))
-                return own.std, peak.force
-
-            pair: tuple[jax.Array, jax.Array] = jax.vmap(one)(q)
-            return pair
-
-        std, force = program(model, jnp.asarray(q))
-        return np.asarray(std / force)
-
-    return of(learnt) - of(simulated)
-
-
-def judge(
-    surrogate: CorrectedSurrogate, test: dict[str, Labels], search: Answers, std: np.ndarray
-) -> dict[str, Any]:
+def judge(surrogate: CorrectedSurrogate, test: dict[str, Labels], search: Answers) -> dict[str, Any]:
     """Everything the report says about errors, as plain numbers."""
     bounds = {name: float(value) for name, value in vars(surrogate.bounds).items()}
     found: dict[str, Any] = {"bounds": bounds, "samples": {}, "errors": {}, "time_s": {}}
@@ -134,7 +111,6 @@ def judge(
             found["distribution"] = distribution(held.force)
             found["worst"] = _worst(surrogate, labels, answers, is_answered)
     found["search"] = {"tried": search.force.size, "largest": float(np.abs(search.force).max())}
-    found["std"] = {"samples": std.size, "largest": float(np.abs(std).max())}
     return found
 
 

@@ -33,5 +33,5 @@ def untrained_corrected(free: tuple[str, ...]) -> CorrectedSurrogate:
     inputs, outputs = len(free) + len(ADDED), len(OUTPUTS)
     network = new_network(inputs, Shape(width=8, depth=2), float, jax.random.key(1), outputs)
     x = Affine(jnp.linspace(0.1, 0.7, inputs), jnp.linspace(1.0, 9.0, inputs))
-    bounds = Bounds(*map(jnp.asarray, (2e-3, 1e-5, 1e-3, 0.0)))
+    bounds = Bounds(*map(jnp.asarray, (2e-3, 1e-5, 0.0)))
     return CorrectedSurrogate(network, x, Affine(jnp.zeros(3), jnp.full(3, 0.2)), bounds, domain)

@@ -73,7 +73,6 @@ class Bounds(eqx.Module):
 
     force: Scalar  # relative
     time: Scalar  # s
-    std: Scalar  # of the force's standard deviation, relative to the force
     least: Scalar  # of the third output: below it the surrogate does not answer
 
 

@@ -84,7 +84,7 @@ def load_corrected(path: Path) -> tuple[CorrectedSurrogate, dict[str, Any]]:
         blank_network(inputs, checked.network, dtype, outputs),
         x=Affine(blank(inputs), blank(inputs)),
         y=Affine(blank(outputs), blank(outputs)),
-        bounds=Bounds(blank(), blank(), blank(), blank()),
+        bounds=Bounds(blank(), blank(), blank()),
         domain=domain,
         which=checked.which,
         header=json.dumps(header),
