@@ -37,7 +37,6 @@ class Case(NamedTuple):
     samples: int
     noise_doubt: float
     right: set[tuple[str, ...]]  # explanations that count as the truth
-    strict: tuple[str, ...]
 
 
 def read_run(run: Path) -> list[Case]:
@@ -62,10 +61,10 @@ def _case(content: dict[str, Any], answer: Answer) -> Case:
     samples, doubt = content["evidence"]["samples"], content["evidence"].get("noise_doubt", 0.0)
     truth = tuple(sorted(answer.effects))
     if answer.withheld or any(name not in library() for name in truth):
-        return Case("unknown", found, samples, doubt, {UNKNOWN, *((n,) for n in answer.neighbours)}, UNKNOWN)
+        return Case("unknown", found, samples, doubt, {UNKNOWN, *((n,) for n in answer.neighbours)})
     single = "clear" if (answer.whitened_distance or 0.0) >= WEAK[1] else "weak"
     kind = ("none", single, "pair")[len(truth)]
-    return Case(kind, found, samples, doubt, {truth}, truth)
+    return Case(kind, found, samples, doubt, {truth})
 
 
 def explained(case: Case, weights: Weights) -> dict[tuple[str, ...], float]:

@@ -47,10 +47,6 @@ class Noise:
         """Covariance of the samples at `time` (s, shape (N,)), N^2, shape (N, N)."""
         return self.std**2 * _correlation(np.asarray(time, float), self.share, self.correlation_time)
 
-    def lag_one(self, step: float) -> float:
-        """Correlation of two samples that are `step` seconds apart."""
-        return self.share * float(np.exp(-step / self.correlation_time)) if self.share else 0.0
-
     def samples_per_independent(self, step: float) -> float:
         """Integrated autocorrelation: how many samples `step` seconds apart count as one for a mean."""
         if self.is_white:
@@ -66,10 +62,8 @@ class Approach:
     samples: int
     noise_std: float  # N, about the straight line below
     offset: float  # N, mean
-    offset_std: float  # N, for independent samples
     drift: float  # N/s, slope
     drift_std: float  # N/s, for independent samples
-    lag_one: float  # correlation of neighbouring samples
 
 
 def approach_samples(trace: Trace) -> Trace:
@@ -107,9 +101,8 @@ def look_at_approach(trace: Trace) -> Approach | None:
     drift = float(time @ before.force) / spread
     rest = before.force - offset - drift * time
     variance = float(rest @ rest) / (n - 2)
-    lag_one = float(rest[1:] @ rest[:-1]) / float(rest @ rest) if variance > 0.0 else 0.0
     std = variance**0.5
-    return Approach(n, std, offset, std / n**0.5, drift, std / spread**0.5, lag_one)
+    return Approach(n, std, offset, drift, std / spread**0.5)
 
 
 def fit_noise(traces: Sequence[Trace], stated: float | None = None) -> Noise | None:

@@ -50,7 +50,6 @@ class Design(NamedTuple):
     residual: (
         float | None
     )  # of the conditions for an optimum; None where the model's peak ends before the limit
-    at_bounds: tuple[str, ...]
     sensitivities: tuple[Sensitivity, ...]  # most newtons of margin first
     search: Optimum
     notes: tuple[str, ...]
@@ -135,8 +134,6 @@ def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int
     model, z = task.model, task.point(found.u)
     own = spread(model, jnp.asarray(z), WALL)[1]
     upper, force = (float(x[0]) for x in upper_forces(model, z[None], margin)[:2])
-    names = [model.names[i] for i in task.free]
-    edges = tuple(n for n, u in zip(names, found.u, strict=True) if u in (0.0, 1.0))
     at_limit = upper >= task.limit * (1 - 1e-9)
     met = conditions(task, margin.factor, found.u)
     c = task.coordinate
@@ -145,7 +142,7 @@ def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int
     residual = None if is_inner and not at_limit else met.residual
     return Design(
         task, z, force, upper, float(own.std), margin, fresh, draws, price, at_limit, task.limit - upper, residual,
-        edges, sensitivities(model, z, own, upper - force), found, _notes(task, z, found),
+        sensitivities(model, z, own, upper - force), found, _notes(task, z, found),
     )  # fmt: skip
 
 

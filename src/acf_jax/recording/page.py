@@ -72,10 +72,10 @@ def _whole(impacts: Impacts) -> Html:
     begin = int(session.force.time[0])
     shown: list[dict[str, Any]] = [
         _line(*envelope(session.force, begin), "force", "--recalibrated"),
-        _marks(impacts, [c for c in impacts.cuts if c.keep], begin, "kept", "--corrected", "circle"),
+        _marks([c for c in impacts.cuts if c.keep], begin, "kept", "--corrected", "circle"),
     ]
     if dropped := [c for c in impacts.cuts if not c.keep]:
-        shown.append(_marks(impacts, dropped, begin, "not kept", "--bad", "x"))
+        shown.append(_marks(dropped, begin, "not kept", "--bad", "x"))
     layout: dict[str, Any] = {"xaxis": axis("time since the first force sample / s", domain=[0, 1])}
     layout["yaxis"] = axis("force / N")
     if isinstance(session.speed, Series):
@@ -111,11 +111,11 @@ def _each(impacts: Impacts) -> Html:
         "Every sample of the cut. The upright line is time 0, where contact was found; the dotted one is the force"
         f" before contact, with three standard deviations of its noise as a band.{more}"
     )
-    variants = [_cut(impacts, cut) for cut in cuts]
+    variants = [_cut(cut) for cut in cuts]
     return plot("cut", "Force of one contact", caption, variants, layout, 420, "Cut")
 
 
-def _cut(impacts: Impacts, cut: Cut) -> Variant:
+def _cut(cut: Cut) -> Variant:
     ms = 1e-6 * cut.time
     offset = (
         0.0
@@ -222,9 +222,7 @@ def _line(time: Array, value: Array, name: str, color: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _marks(
-    impacts: Impacts, cuts: Sequence[Cut], begin: int, name: str, color: str, symbol: str
-) -> dict[str, Any]:
+def _marks(cuts: Sequence[Cut], begin: int, name: str, color: str, symbol: str) -> dict[str, Any]:
     return {
         "type": "scatter", "mode": "markers", "name": name,
         "x": series([1e-9 * (c.contact.begin - begin) for c in cuts], 9), "y": series([c.contact.peak for c in cuts]),
