@@ -98,6 +98,10 @@ def information(peaks: Peaks, identified: Identification) -> Information:
 
     In zeta and epsilon, which start at zero, J is one-sided. m and k_c enter at zeta = epsilon = 0 by
     their product alone, so how the product is split between them does not matter.
+
+    **Arguments:** `peaks`, N measured peaks. `identified`: what `identify` made of them.
+
+    **Returns:** `Information`; a single peak tells no scatter, so none of its figures is finite then.
     """
     names = ("m", "k_c", "zeta", "epsilon")
 

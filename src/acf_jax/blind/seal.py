@@ -35,6 +35,9 @@ def seal_folder(folder: Path) -> str:
     """Seal the `answer.yaml` beside each data set of a folder, and remove them; returns the SHA-256.
 
     A sealing that was killed before it had removed them all goes on.
+
+    Raises:
+        InputError: where there are no answers, one is missing or wrong, or others are sealed already.
     """
     files = sorted(folder.glob(f"*/{ANSWER}"))
     beside = {file.parent.name: read_answer(file.parent) for file in files}

@@ -143,6 +143,8 @@ def draw_forces(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Forces of draws of everything uncertain about z: parameters, explanation, form of the law.
 
+    **Arguments:** `z`: (p,), SI units. `body`: what is met. `draws`: how many. `seed`: of them.
+
     **Returns:** (draws,) forces in N and whether each has a peak; draws outside a surrogate's range are left to the
     law that it stands for. A parameter that a draw would carry below its least value is put there.
     """

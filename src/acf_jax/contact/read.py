@@ -28,7 +28,9 @@ def of_rig(
 ) -> ContactModel:
     """The paper's model at given values, each with a relative standard deviation (zero where none is given).
 
-    `tried`: which v_e and f_p measurements stand behind, where there are any.
+    **Arguments:** `rig`: m in kg, d in N s/m, k_f and k_c in N/m. `relative_std`: standard deviation over value, of
+    these and of v_e and f_p. `surrogate`: answers in place of the closed form. `tried`: which v_e and f_p measurements
+    stand behind, where there are any.
     """
     theta = np.array([float(rig[name]) for name in RIG])
     peak: AbstractPeak = ClosedForm() if surrogate is None else Learned(surrogate)

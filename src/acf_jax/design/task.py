@@ -67,7 +67,13 @@ def make_task(
     limit: float,
     probability: float,
 ) -> Task:
-    """The task whose `ranges` are free; `fixed` holds v_e and f_p where they are not."""
+    """The task whose `ranges` are free; `fixed` holds v_e and f_p where they are not.
+
+    **Arguments:** `ranges`: lowest and highest value by name, SI units. `limit`: of the peak contact force, N.
+    `probability`: with which it is to hold.
+
+    **Raises:** `ValueError` for a range of what is not one of the model's parameters.
+    """
     names = model.names
     z = model.at(fixed.get("v_e", 0.0), fixed.get("f_p", 0.0))
     low, high = (np.array([r[k] for r in ranges.values()], float) for k in (0, 1))

@@ -35,7 +35,12 @@ def position(rig: Rig, impact: Impact, t: Time) -> Scalar:
 
 
 def velocity(rig: Rig, impact: Impact, t: Time) -> Scalar:
-    """Velocity x'(t) of the moving mass after contact, m/s: the derivative of Eq. (5)."""
+    """Velocity of the moving mass after contact, the derivative of Eq. (5).
+
+    **Arguments:** `rig`, `impact` one sample; `t` time since contact, s, scalar, >= 0.
+
+    **Returns:** x', m/s, scalar.
+    """
     drift = rig.k_c * impact.v_e / rig.k
     alpha = rig.delta * t
     z = (rig.omega - rig.delta) * (rig.omega + rig.delta) * t * t
@@ -63,6 +68,10 @@ def contact_force_rate(rig: Rig, impact: Impact, t: Time) -> Scalar:
     dF_C/dt = k_C (v - x'(t)) = k_C (v k_F/K + e^{-delta t}(A cos nu t + B sin nu t))
 
     The factor e^{-delta t} does not divide out: see `printed_eq10` for Eq. (10) as the paper prints it.
+
+    **Arguments:** `rig`, `impact` one sample; `t` time since contact, s, scalar, >= 0.
+
+    **Returns:** dF_C/dt, N/s, scalar.
     """
     alpha = rig.delta * t
     z = (rig.omega - rig.delta) * (rig.omega + rig.delta) * t * t

@@ -154,6 +154,10 @@ def distance(
     rig's four constants under their priors and, for each trial, velocity, pretension and trigger time.
     The best method there is confuses two explanations at distance d with probability Q(d/2).
     The minimum is found by Gauss-Newton steps that keep the derivatives at the true rig; it is an upper bound.
+
+    Arguments:
+        world: the engine. setup: the rig, the conditions and the noise. causes: of that world, acting together.
+        tangents: those of the setup, where they are known already.
     """
     return (tangents or Tangents(world, setup)).distance(signature(world, setup, causes))
 
@@ -169,6 +173,10 @@ def size_at_distance(
     """The size, at most 1, at which the named cause is `target` away; within 5 % of it where it can be.
 
     Where the distance jumps (contact is lost or not) the size closest to the target is returned.
+
+    Arguments:
+        world: the engine. setup: the rig, the conditions and the noise. name: of a cause of that world.
+        seed: of what the cause draws. target: a `distance`. tangents: those of the setup, where they are known already.
     """
     tangents = tangents or Tangents(world, setup)
 
