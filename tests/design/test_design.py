@@ -224,7 +224,7 @@ def test_a_model_without_a_peak_is_not_feasible() -> None:
     task = make_task(stuck, {"v_e": (0.5, 1.0), "f_p": (0.0, 20.0)}, {}, "fastest", 5000.0, 0.95)
     found = design(task, starts=8)
     assert isinstance(found, Infeasible) and not found.has_peak
-    assert all(r.needed > r.now for r in found.remedies if r.name == "limit")
+    assert {r.name: r.needed > r.now for r in found.remedies} == {"d": False, "k_c": True}
 
 
 def test_corrected_model_and_surrogate_are_designed_with_alike() -> None:

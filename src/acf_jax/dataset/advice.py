@@ -1,0 +1,131 @@
+"""What a user should know of the data before the fit, in plain words."""
+
+from collections import Counter
+
+from acf_jax.dataset.look import TrialQuality
+from acf_jax.dataset.noise import Approach, Noise, approach_samples
+from acf_jax.dataset.phase import NEGATIVE, ImpactPhase
+from acf_jax.dataset.trials import GapDataset
+
+
+def noise_warnings(
+    dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str], least: float
+) -> list[str]:
+    """Of the noise: what is stated against what the samples show, and what had to be assumed.
+
+    **Arguments:** `still`: trials whose approach does not change. `least`: what readings in steps err by alone, N.
+    """
+    warnings = []
+    traced = [trial.trace for trial in dataset.trials if trial.trace]
+    stated = dataset.measurement.force_noise_std_n
+    told = approach if approach and approach.std > 0.0 else None
+    if stated is not None and told is not None:
+        ratio = told.std / stated
+        if not 1.0 / 1.4 < ratio < 1.4:
+            warnings.append(
+                f"force_noise_std_n is stated as {stated:g} N, but the samples before contact scatter by"
+                f" {told.std:.3g} N; correct it, or leave it out to have it estimated"
+            )
+    if stated is not None and stated < least:
+        warnings.append(
+            f"force_noise_std_n is stated as {stated:g} N, but readings in steps of {least * 12.0**0.5:.3g} N err by"
+            f" {least:.3g} N alone; state at least that"
+        )
+    if still:
+        what = f"the force does not change before contact in {named(still)} (dead band, padding, coarse readings?)"
+        if told is not None:
+            outcome = "the noise is taken from the other trials"
+        elif stated is not None:
+            outcome = "the noise is taken as stated, and as white"
+        else:
+            outcome = f"the noise is taken as {noise.std:.3g} N, and as white; state force_noise_std_n"
+        warnings.append(f"{what}; {outcome}")
+    if traced and not any(approach_samples(trace).time.size >= 5 for trace in traced):
+        warnings.append(
+            "no trace has samples before contact; noise and sensor offset cannot be checked:"
+            " record at least 20 samples before contact"
+        )
+    if noise.source == "assumed":
+        warnings.append(
+            f"the noise of the force is unknown and assumed as {noise.std:.3g} N; state force_noise_std_n"
+        )
+    if not noise.is_white:
+        longest = max(float(-trace.time[0]) for trace in traced)
+        what = (
+            f"the noise is coloured: {100 * noise.share:.0f} % of its variance lasts about"
+            f" {1e3 * noise.correlation_time:.2g} ms, so samples are not independent"
+            if noise.correlation_time < longest
+            else f"the sensor offset changes from trial to trial by {noise.share**0.5 * noise.std:.2g} N"
+        )
+        warnings.append(f"{what}; taken into account")
+    return warnings
+
+
+def trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise: Noise) -> list[str]:
+    """Of the trials: those left out, and what the sensor, the trigger and the impacts of the others show."""
+    warnings = [f"trial {name} is left out: {reason}" for name, reason in excluded.items()]
+    kept = [trial for trial in trials if trial.name not in excluded]
+    offsets = [trial.approach.offset for trial in kept if trial.approach]
+    if offsets and noise.samples:
+        alike = max(1.0, noise.samples_per_independent(1.0 / (kept[0].sample_rate or 1.0)))
+        if abs(noise.offset) > 4.0 * noise.std * (alike / noise.samples) ** 0.5 + 0.1 * noise.std:
+            warnings.append(
+                f"the sensor reads {noise.offset:+.3g} N before contact; zero it before each trial"
+            )
+    drifting = [
+        t.name for t in kept if t.approach and noise.is_white and _drifts(t.approach, t.phase, noise.std)
+    ]
+    if drifting:
+        warnings.append(f"the sensor drifts before contact in {named(drifting)}; let it warm up")
+    missed = [
+        (t.phase.missed_peak / t.phase.peak_force, t) for t in kept if t.phase and t.phase.peak_force > 0
+    ]
+    share, worst = max(missed, key=lambda pair: pair[0], default=(0.0, None))
+    if worst is not None and share > 0.02:
+        warnings.append(
+            f"at {worst.sample_rate:.0f} Hz the sampled peak may be up to {100 * share:.0f} % too low"
+            f" (trial {worst.name}); the force changes from sample to sample: judge by traces, sample faster"
+        )
+    late = [
+        t.name
+        for t in kept
+        if t.trigger_offset and t.sample_rate and abs(t.trigger_offset) * t.sample_rate > 0.75
+    ]
+    if late:
+        warnings.append(f"the trigger is off by a sample or more in {named(late)}")
+    below = [t.name for t in kept if _reads_below_zero(t.approach, t.phase)]
+    if below:
+        warnings.append(
+            f"the force reads below zero before contact is lost in {named(below)}: nothing pulls there, so the sensor"
+            " rings or leaks charge"
+        )
+    ended = Counter(t.phase.contact_lost is not None for t in kept if t.phase)
+    if ended[True]:
+        warnings.append(
+            f"contact is lost within the trace in {ended[True]} of {sum(ended.values())} trials;"
+            " what follows is not used"
+        )
+    again = [t.name for t in kept if t.phase and t.phase.second_contact is not None]
+    if again:
+        warnings.append(f"the flange rebounds and touches a second time in {named(again)}")
+    return warnings
+
+
+def _drifts(approach: Approach, phase: ImpactPhase | None, noise_std: float) -> bool:
+    if phase is None or approach.drift_std == 0.0:
+        return False
+    by_the_peak = abs(approach.drift) * phase.peak_time
+    return abs(approach.drift) > 5.0 * approach.drift_std and by_the_peak > noise_std
+
+
+def _reads_below_zero(approach: Approach | None, phase: ImpactPhase | None) -> bool:
+    if phase is None:
+        return False
+    peak = phase.peak_force - (approach.offset if approach else 0.0)
+    return phase.lowest_force < -NEGATIVE * peak
+
+
+def named(names: list[str]) -> str:
+    """The first of some names, and how many more there are."""
+    shown = ", ".join(names[:6])
+    return shown if len(names) <= 6 else f"{shown} and {len(names) - 6} more"
