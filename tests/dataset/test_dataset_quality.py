@@ -285,6 +285,20 @@ def test_faulty_trial_is_found_named_and_alone(kind):
     assert found >= 19 and named >= 17, (found, named)
 
 
+def test_a_second_touch_that_jumps_is_no_spike():
+    """The force jumps to the pretension again, as at first contact."""
+    dataset = made_up(0, end=0.06)
+
+    def touched_again(trial):
+        time, force = trial.trace.time, trial.trace.force
+        again = contact_force(time - 0.025, 0.3 * trial.contact_velocity, 0.4 * trial.pretension)
+        return with_force(trial, force + again)
+
+    quality = assess_dataset(replace(dataset, trials=tuple(map(touched_again, dataset.trials))))
+    assert not quality.excluded and not any("faulty" in w for w in quality.warnings)
+    assert all(t.phase.second_contact is not None for t in quality.trials)
+
+
 def test_a_peak_behind_a_force_that_nearly_vanished_is_no_wrong_label():
     """Whether contact was lost there is open, so the peak may be that of the whole trace."""
     trial = made_up(0).trials[6]

@@ -56,6 +56,14 @@ def test_a_cause_that_the_library_lacks_is_unknown_at_its_port(gravity_set: GapD
     assert [f.explanation for f in found.fits][:2] == [(), ("unknown_actuator",)]  # most probable first
 
 
+@pytest.mark.parametrize("without", [["gravty"], "gravity"], ids=["misspelt", "a string"])
+def test_what_cannot_be_the_cause_has_to_be_an_effect(
+    gravity_set: GapDataset, without: list[str] | str
+) -> None:
+    with pytest.raises(ValueError, match="no effect is called"):
+        diagnose(gravity_set, without=without)
+
+
 def test_the_model_file_comes_back_as_it_was(diagnosed: Diagnosis, tmp_path: Path) -> None:
     model = gap_model(diagnosed)
     path = tmp_path / "model.json"

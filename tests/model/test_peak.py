@@ -138,6 +138,19 @@ def test_batch_equals_samples_across_blocks():
         np.testing.assert_allclose(x, y, rtol=1e-13)
 
 
+def test_fields_of_another_shape_are_refused_with_the_remedy():
+    rig, impact = Rig(4.0, 60.0, 2e3, 1.7e5), Impact(0.2, 100.0)
+    rigs, impacts = batch(truth.wide_box(3, seed=1))
+    for find, one, other, says in (
+        (find_peak, rig, impacts, r"\(\) and \(3,\); repeat"),
+        (find_peaks, rig, impacts, r"\(\) and \(3,\); repeat"),
+        (find_peak, rigs, impacts, r"\(3,\); use find_peaks"),
+        (find_peaks, rig, impact, r"\(\); use find_peak "),
+    ):
+        with pytest.raises(ValueError, match=says):
+            find(one, other)
+
+
 def test_a_sample_that_is_not_a_number_ends_and_spoils_no_other():
     samples = truth.wide_box(20, seed=9)
     clean = find_peaks(*batch(samples))

@@ -119,6 +119,11 @@ def test_a_table_of_dates(tmp_path):
     assert len(find_impacts(read_session(path, Mapping()), Mapping().contacts, TYPICAL).kept) == len(FEW)
     path.write_text("\n".join([head, rows[0].replace("Z", "+01:00"), *rows[1:]]))
     assert "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds" in refused(tmp_path, path)
+    for day in ("", "1.3.2026 ", "3/1/2026 "):
+        path.write_text(
+            "\n".join([head, *(row.replace("2026-03-01T", day).replace("Z", "") for row in rows)])
+        )
+        assert "row 2: time_s is '" in (said := refused(tmp_path, path)) and "as 2026-03-01T10:00:00" in said
     path.write_text(
         "\n".join(
             [head, "s,N,m/s,N", *(row.replace("2026-03-01T10:00:", "").replace("Z", "") for row in rows)]
@@ -459,3 +464,17 @@ def test_text_from_a_recording_is_text_on_the_page(tmp_path):
     evil = path.rename(tmp_path / "<img src=x onerror=alert(1)>.npz")
     impacts = find_impacts(read_session(evil, Mapping()), Mapping().contacts, TYPICAL)
     assert "<img" not in import_page(impacts, "<img>", "<img>")
+
+
+def test_tables_are_joined_as_the_documentation_says(tmp_path, monkeypatch):
+    page = (Path(__file__).parents[2] / "docs/import.md").read_text("utf-8")
+    code = re.search(r"^## Several recordings.*?^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    for f_p in (40.0, 90.0):
+        s = columns(made(7, tuple((v, f_p) for v in (0.05, 0.2, 0.3)), rate=RATE))
+        log = np.c_[1e3 * s["time_s"], -s["force_n"], 1e3 * s["velocity_m_per_s"]]
+        np.savetxt(f"at_{f_p:g}N.csv", log, delimiter=",", header="t_ms,Fz,v_tcp_mm_s", comments="")
+    exec(code[1], {})
+    found = find_impacts(read_session(Path("session.npz"), Mapping()), Mapping().contacts, TYPICAL)
+    assert [c.keep for c in found.cuts] == [True] * 6
+    assert [c.condition[1] for c in found.cuts] == [40.0] * 3 + [90.0] * 3

@@ -15,6 +15,7 @@ import pytest
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.forward import Grid, forward
+from acf_jax.diagnosis.score import Scored
 from acf_jax.diagnosis.space import every_effect
 from acf_jax.diagnosis.validate import largest_reading
 from acf_jax.report import sentence, write_report
@@ -26,7 +27,7 @@ from acf_jax.report.peaks import by_condition
 from acf_jax.report.summary import consequence
 from acf_jax.report.traces import overlay
 from acf_jax.report.where import gap_map
-from acf_jax.report.words import VERDICTS, headed, listed, percent, si
+from acf_jax.report.words import VERDICTS, headed, listed, percent, si, verdict
 
 
 class Page(HTMLParser):
@@ -119,6 +120,16 @@ def test_each_verdict_has_its_sentence(verdict: str, diagnosed: Diagnosis, tmp_p
     d = replace(diagnosed, verdict=verdict)
     assert VERDICTS[verdict][0].split()[0] in sentence(d)
     assert VERDICTS[verdict][0] in read(d, tmp_path).text
+
+
+def test_a_class_that_the_trials_cannot_split_is_named_whole(diagnosed: Diagnosis) -> None:
+    scored = (Scored(("coulomb_friction",), 0.71), Scored(("gravity",), 0.28), Scored((), 0.01))
+    alike = tuple(s.explanation for s in scored[:2])
+    says = verdict(replace(diagnosed, verdict="identified", scored=scored, credible=alike))
+    assert says == (
+        "Identified: dry friction (71 %) or constant force on the flange (gravity) (28 %), which these trials cannot"
+        " tell apart, at the actuator."
+    )
 
 
 def test_intervals_of_parameters_are_those_of_the_stated_deviations(diagnosed: Diagnosis) -> None:

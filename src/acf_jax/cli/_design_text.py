@@ -46,7 +46,7 @@ def text(found: "Design") -> str:
     if found.residual is not None:
         within = "rounding" if found.residual < ROUNDING else f"{found.residual:.1g}"
         slack = 0.0 if found.slack < ROUNDING else found.slack
-        lines.append(f"optimum: its conditions hold within {within}, {slack:.1g} N of the limit are left")
+        lines.append(f"optimum: its conditions hold within {within}, {_round(slack)} N of the limit are left")
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines)
 

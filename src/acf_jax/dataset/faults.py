@@ -105,7 +105,10 @@ def dropout(trace: Trace, phase: ImpactPhase, noise_std: float) -> str | None:
 
 
 def spike(trace: Trace, phase: ImpactPhase, noise_std: float) -> str | None:
-    """One to three samples far from their neighbours, in a trace that is smooth elsewhere."""
+    """One to three samples far from their neighbours, in a trace that is smooth elsewhere.
+
+    Only until contact is lost: a flange that touches again jumps to its pretension again.
+    """
     force = trace.force
     if force.size < 12:
         return None
@@ -116,8 +119,7 @@ def spike(trace: Trace, phase: ImpactPhase, noise_std: float) -> str | None:
     limit = max(0.06 * phase.peak_force, 12.0 * noise_std, 5.0 * usual)
     index = np.arange(2, force.size - 2)
     at_onset = (index >= phase.start - 3) & (index <= phase.start + 3)
-    at_end = (index >= phase.stop - 2) & (index <= phase.stop + 2)
-    far = np.flatnonzero((away > limit) & ~at_onset & ~at_end)
+    far = np.flatnonzero((away > limit) & ~at_onset & (index < phase.stop - 2))
     if far.size == 0:
         return None
     worst = int(index[far[np.argmax(away[far])]])

@@ -84,8 +84,12 @@ def diagnose(
 
     **Returns:** a `Diagnosis`. Needs float64 (`jax_enable_x64`).
 
-    **Raises:** `InputError` when fewer than three trials can be used.
+    **Raises:** `InputError` when fewer than three trials can be used, `ValueError` where `without` names no effect.
     """
+    if strange := set(without) - library().keys():
+        raise ValueError(
+            f"no effect is called {', '.join(map(repr, sorted(strange)))}; take of {sorted(library())}"
+        )
     progress("looking at the data")
     quality = assess_dataset(dataset)
     observations = with_scatter(observe(dataset, quality))

@@ -23,7 +23,7 @@ from acf_jax.model.blocks import in_blocks
 from acf_jax.model.carlson import carlson_rc
 from acf_jax.model.crossing import Crossing, find_crossing, find_crossings, polish, residual
 from acf_jax.model.response import contact_force, contact_force_curvature, contact_force_rate
-from acf_jax.model.rig import Impact, Rig
+from acf_jax.model.rig import Impact, Rig, shape_of
 
 Scalar = Float[Array, ""]
 RootFinder = Callable[[Crossing], Scalar]
@@ -130,7 +130,11 @@ def find_peak(rig: Rig, impact: Impact) -> Peak:
 
     **Returns:** `Peak` of scalars. Differentiable to second order in all six parameters, by `jax.grad`,
     `jax.jacfwd` and `jax.hessian`; maps with `jax.vmap`.
+
+    **Raises:** `ValueError` for arrays.
     """
+    if shape := shape_of(rig, impact):
+        raise ValueError(f"find_peak takes scalars, but the shape of the fields is {shape}; use find_peaks")
     return _peak(False, rig, impact)
 
 
@@ -141,5 +145,11 @@ def find_peaks(rig: Rig, impact: Impact) -> Peak:
     **Arguments:** `rig`, `impact` with fields of shape (N,).
 
     **Returns:** `Peak` of arrays of shape (N,). Differentiable as `find_peak` is.
+
+    **Raises:** `ValueError` for fields of another shape, or of several.
     """
+    if len(shape := shape_of(rig, impact)) != 1:
+        raise ValueError(
+            f"find_peaks takes fields of shape (N,), but theirs is {shape}; use find_peak or ravel"
+        )
     return _peak(True, rig, impact)

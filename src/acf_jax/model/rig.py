@@ -84,3 +84,18 @@ class Impact(eqx.Module):
 
     def __check_init__(self) -> None:
         _check_signs(self, positive=(), not_negative=("v_e", "f_p"))
+
+
+def shape_of(rig: Rig, impact: Impact) -> tuple[int, ...]:
+    """The shape that all fields have in common: () of one sample, (N,) of a batch.
+
+    **Raises:** `ValueError` when they have several.
+    """
+    shapes = sorted({jnp.shape(field) for field in jax.tree.leaves((rig, impact))})
+    if len(shapes) > 1:
+        found = " and ".join(map(str, shapes))
+        raise ValueError(
+            f"all fields of rig and impact must have one shape, but theirs are {found}; repeat what they share, as in"
+            " jnp.full_like(v_e, 100.0)"
+        )
+    return shapes[0]

@@ -142,4 +142,5 @@ def _gaps(session: Session) -> str | None:
     if gaps.size == 0:
         return None
     where = session.labels.get("force", "force")
-    return f"{where}: samples are missing {gaps.size} times, at most for {1e-6 * gaps.max():.3g} ms"
+    times = "once, for" if gaps.size == 1 else f"{gaps.size} times, at most for"
+    return f"{where}: samples are missing {times} {1e-9 * gaps.max():.3g} s"

@@ -105,20 +105,18 @@ def sentence(diagnosis: Diagnosis) -> str:
 def verdict(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     d = diagnosis
-    first = d.scored[0]
-    shown = percent(first.probability)
+    standing = [s for s in d.scored if s.explanation in d.credible]
     match d.verdict:
         case "no_gap":
             return "No gap: parameter error and noise explain all that these trials show."
         case "identified":
-            return f"Identified: {name_of(first.explanation)} ({shown}), {_at(first.explanation)}."
+            places = listed(list(dict.fromkeys(_at(s.explanation) for s in standing)), "or")
+            alike = ", which these trials cannot tell apart" if len(standing) > 1 else ""
+            return f"Identified: {_named(standing)}{alike}, {places}."
         case "ambiguous":
-            names = listed(
-                [f"{name_of(s.explanation)} ({percent(s.probability)})" for s in _standing(d)], "or"
-            )
-            return f"Ambiguous: these trials leave {len(d.credible)} explanations standing: {names}."
+            return f"Ambiguous: these trials leave {len(d.credible)} explanations standing: {_named(standing[:3])}."
         case "unknown":
-            gap = f"no effect of the library explains the gap ({shown})"
+            gap = f"no effect of the library explains the gap ({percent(d.scored[0].probability)})"
             return f"Unknown: {gap}; {_acting(d.component)}."
         case _:
             return "Insufficient data: these trials could not have told what causes the gap."
@@ -138,8 +136,8 @@ def _at(explanation: Explanation) -> str:
     return f"at the {listed(list(dict.fromkeys(component_of(name) for name in explanation)))}"
 
 
-def _standing(d: Diagnosis) -> list[Scored]:
-    return [s for s in d.scored if s.explanation in d.credible][:3]
+def _named(standing: Sequence[Scored]) -> str:
+    return listed([f"{name_of(s.explanation)} ({percent(s.probability)})" for s in standing], "or")
 
 
 def shrunk(diagnosis: Diagnosis) -> str:

@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float
 
 from acf_jax.errors import InputError
 from acf_jax.model import Impact, Rig
+from acf_jax.model.rig import shape_of
 from acf_jax.surrogate.box import Box
 from acf_jax.surrogate.features import AbstractFeatures
 from acf_jax.surrogate.fold import distance_to_fold
@@ -108,7 +109,7 @@ class Surrogate(eqx.Module):
         raises, 'flag' answers nevertheless with `is_inside` False, where no bound holds.
 
         **Raises:** `InputError` that lists each parameter outside the trained range, and impacts
-        without a peak.
+        without a peak; `ValueError` for fields of several shapes.
         """
         if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((rig, impact))):
             raise ValueError("a traced sample cannot be refused; call `predict` inside jit, grad and vmap")
@@ -131,6 +132,6 @@ class Surrogate(eqx.Module):
 
 @eqx.filter_jit
 def _predict(surrogate: Surrogate, rig: Rig, impact: Impact) -> Prediction:
-    predict = Surrogate.predict if jnp.ndim(rig.m) == 0 else jax.vmap(Surrogate.predict, (None, 0, 0))
+    predict = Surrogate.predict if shape_of(rig, impact) == () else jax.vmap(Surrogate.predict, (None, 0, 0))
     prediction: Prediction = predict(surrogate, rig, impact)
     return prediction

@@ -22,6 +22,7 @@ ROWS = 50_000  # of a chunk
 LONGEST = 1_000_000  # characters of a line
 SHOWN = 8  # faults shown
 _DAY = re.compile(r"\s*\d{4}-\d\d-\d\d")
+_ANY_DATE = re.compile(r"\s*(\d{1,4}[:/-]\d|\d{1,2}\.\d{1,2}\.\d{4}\b)")  # 10:00:01, 3/1/2026, 1.3.2026
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d{1,9})?)?Z?")
 
 if TYPE_CHECKING:
@@ -151,7 +152,7 @@ def _columns(
         try:
             result[name] = _values(column)
         except ValueError:
-            if _DAY.match(column[0]):
+            if _ANY_DATE.match(column[0]):
                 remedy = "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds"
                 faults.append(
                     f"{path} row {numbers[0]}: {name} is {shown(column[0])}, and not all dates are understood; {remedy}"
