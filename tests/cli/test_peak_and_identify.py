@@ -152,6 +152,13 @@ def test_identify_refuses_other_units_and_tared_peaks(rows, fault, run, tmp_path
     assert all(str(table) in line for line in caught.value.faults) and fault in str(caught.value)
 
 
+def test_identify_of_one_peak_says_what_is_not_known(run, tmp_path):
+    table = tmp_path / "trials.csv"
+    table.write_text("contact_velocity_m_per_s,pretension_n,peak_force_n\n0.2,100,195\n")
+    output = run("identify", table)
+    assert "nan" not in output and output.count("not known") == 6
+
+
 def test_identify_takes_a_trial_at_rest(run, tmp_path):
     table = tmp_path / "trials.csv"
     table.write_text("contact_velocity_m_per_s,pretension_n,peak_force_n\n0,100,101\n0.2,100,195\n")
