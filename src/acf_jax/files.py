@@ -103,12 +103,18 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` so that the file is whole or absent."""
-    write_bytes(path, text.encode())
+    """Write `text` so that the file is whole or absent; a name in it that is no text, as a path may be, is escaped."""
+    write_bytes(path, text.encode(errors="backslashreplace"))
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write `content` to a temporary name beside `path`, then rename: the file is whole or absent."""
+    """Write `content` to a temporary name beside `path`, then rename: the file is whole or absent.
+
+    A link stays one, and the file that it names is written; `InputError` for a folder, a device or a pipe.
+    """
+    path = Path(os.path.realpath(path))
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is not an ordinary file; name a file")
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
