@@ -89,6 +89,13 @@ def test_peak_lists_the_faults_of_a_rig_file(run, tmp_path):
         assert part in faults
 
 
+def test_a_rig_file_takes_every_spelling_of_a_number(run, tmp_path):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("rig: {m: 4e0, d: 0, k_f: +.0e1, k_c: 1.75561e5}\n")
+    document = json.loads(run("peak", "--rig", rig, "--v-e", "0.1", "--f-p", "100", "--json"))
+    assert document["rig"] == {"m": 4.0, "d": 0.0, "k_f": 0.0, "k_c": 175561.0}
+
+
 def test_peak_refuses_what_is_in_another_unit(run, tmp_path):
     rig = tmp_path / "rig.yaml"
     rig.write_text("rig: {m: 4000, d: 0, k_f: 0, k_c: 175.561}\n")

@@ -167,6 +167,11 @@ def test_missed_peak_bounds_what_sampling_loses(rate):
     assert max(bounds) < 1.3 * worst
 
 
+def test_samples_of_nearly_one_instant_end_no_search():
+    time = np.r_[1e-30 * np.arange(20.0), 0.002 + 1e-4 * np.arange(10)]
+    assert find_impact(Trace(time, np.full(30, 50.0)), 1.0, IMPACT_TIME).contact_lost is None
+
+
 def test_moving_mean():
     np.testing.assert_allclose(moving_mean(np.arange(6.0), 3), [0.5, 1, 2, 3, 4, 4.5])
 
