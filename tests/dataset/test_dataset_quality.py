@@ -253,6 +253,8 @@ def change(kind, dataset, index, rng):
             force = np.minimum(force, np.round(0.85 * peak))
         case "wrong range":
             force[start:] *= 0.75
+        case "far too large":
+            force[start:] *= 10.0
         case "peak column":
             return replace(trial, peak_force=1.3 * trial.peak_force)
     return with_force(trial, force)
@@ -267,6 +269,7 @@ KINDS = {
     "stuck": "sticks at",
     "clipped": "is cut off at",
     "wrong range": "differs from the other trials",
+    "far too large": "differs from the other trials",
     "contact_velocity": "wrong label? it looks like a trial at",
     "pretension": "wrong label? it looks like a trial at",
     "peak column": "but its trace peaks at",
@@ -323,8 +326,9 @@ def test_peaks_only():
     peaks = replace(dataset, trials=tuple(replace(trial, trace=None) for trial in dataset.trials))
     quality = assess_dataset(peaks)
     assert quality.excluded == {} and quality.noise.std == 1.0 and quality.noise.source == "stated"
-    wrong = replace(peaks.trials[9], peak_force=0.6 * peaks.trials[9].peak_force)
-    assert list(assess_dataset(with_trial(peaks, 9, wrong)).excluded) == ["t009"]
+    for factor in (0.6, 10.0, 1e6):
+        wrong = replace(peaks.trials[9], peak_force=factor * peaks.trials[9].peak_force)
+        assert list(assess_dataset(with_trial(peaks, 9, wrong)).excluded) == ["t009"]
     unknown = replace(peaks, measurement=Measurement())
     assert assess_dataset(unknown).noise.source == "repeats"
     single = replace(unknown, trials=unknown.trials[::2])
