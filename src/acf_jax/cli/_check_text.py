@@ -130,18 +130,19 @@ def _assumptions(a: "Answer", checker: "Checker") -> list[str]:
 
 
 def table(situations: Path, answers: Sequence["Answer"]) -> str:
-    """The situations' own columns, row by row, with the verdicts behind them."""
+    """The situations' own columns, row by row, with the verdicts behind them, in place of those of an earlier check."""
     by_line = {a.situation.row: a for a in answers}
     lines = csv.reader(io.StringIO(read_text(situations)))
     header = next(cells for cells in lines if any(cell.strip() for cell in cells))
     while not header[-1].strip():
         header.pop()
+    own = [i for i, cell in enumerate(header) if cell.strip() not in ADDED]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*(cell.strip() for cell in header), *ADDED])
+    writer.writerow([*(header[i].strip() for i in own), *ADDED])
     for cells in lines:
         if (answer := by_line.get(lines.line_num)) is not None:
-            writer.writerow([*(cell.strip() for cell in cells[: len(header)]), *_cells(answer)])
+            writer.writerow([*(cells[i].strip() for i in own), *_cells(answer)])
     return out.getvalue()
 
 
