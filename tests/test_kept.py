@@ -9,6 +9,7 @@ import pytest
 
 from acf_jax import kept as module
 from acf_jax.kept import kept
+from acf_jax.start import start_jax
 
 NUMBER = (jax.ShapeDtypeStruct((), float),)
 
@@ -71,3 +72,14 @@ def test_without_a_cache_nothing_is_kept(traced: Path) -> None:
     jax.config.update("jax_compilation_cache_dir", None)
     assert _traces() == _traces() == 1
     assert not traced.exists()
+
+
+def test_a_user_without_a_home_computes_without_a_cache(
+    traced: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    start_jax()

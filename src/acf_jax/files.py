@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -80,6 +81,12 @@ class _UniqueKeyLoader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+# YAML 1.1 takes 3.4e5 and 1e-3 for text: it asks for a point and for the exponent's sign.
+_UniqueKeyLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+"), list("-+.0123456789")
+)
+
+
 def read_yaml_mapping(path: Path) -> dict[str, Any]:
     """The mapping in a YAML file; `InputError` when it is not one."""
     text = read_text(path)
@@ -103,12 +110,18 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` so that the file is whole or absent."""
-    write_bytes(path, text.encode())
+    """Write `text` so that the file is whole or absent; a name in it that is no text, as a path may be, is escaped."""
+    write_bytes(path, text.encode(errors="backslashreplace"))
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write `content` to a temporary name beside `path`, then rename: the file is whole or absent."""
+    """Write `content` to a temporary name beside `path`, then rename: the file is whole or absent.
+
+    A link stays one, and the file that it names is written; `InputError` for a folder, a device or a pipe.
+    """
+    path = Path(os.path.realpath(path))
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is not an ordinary file; name a file")
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:

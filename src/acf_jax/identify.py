@@ -121,19 +121,17 @@ def information(peaks: Peaks, identified: Identification) -> Information:
     singular = np.pad(singular, (0, 4 - singular.size))
     known = singular > 1e-9 * singular[0]
     alone = scatter / np.linalg.norm(j, axis=0)
-    # A quantity with a share in an unknown direction is unknown.
-    open_share = np.linalg.norm(directions[~known], axis=0)
-    shares = directions[known] / singular[known, None]
-    together = np.where(open_share > 1e-6, np.inf, scatter * np.linalg.norm(shares, axis=0))
     # The product's own direction, ln sqrt(k_c m), is (ln m + ln k_c)/2.
-    product = np.array([0.5, 0.5, 0.0, 0.0])
-    product_std = scatter * np.linalg.norm(shares @ product)
+    quantities = np.vstack([np.eye(4), [0.5, 0.5, 0.0, 0.0]])
+    # A quantity with a share in an unknown direction is unknown.
+    open_share = np.linalg.norm(quantities @ directions[~known].T, axis=1)
+    shares = quantities @ (directions[known].T / singular[known])
+    together = np.where(open_share > 1e-6, np.inf, scatter * np.linalg.norm(shares, axis=1))
+    std_together = dict(zip((*names, "sqrt_k_c_m"), map(float, together), strict=True))
     std_alone = dict(zip(names, map(float, alone), strict=True))
-    std_together = dict(zip(names, map(float, together), strict=True))
     # d ln F/d ln sqrt(k_c m) is the sum of the equal derivatives by ln m and ln k_c
     std_alone["sqrt_k_c_m"] = float(scatter / np.linalg.norm(j[:, 0] + j[:, 1]))
-    std_together["sqrt_k_c_m"] = float(product_std)
-    rank = int((scatter < 0.1 * singular).sum())
+    rank = int((scatter < 0.1 * singular[known]).sum())
     return Information(float(scatter), std_alone, std_together, rank)
 
 

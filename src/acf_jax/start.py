@@ -14,12 +14,11 @@ def start_jax() -> None:
     jax.config.update("jax_enable_x64", True)
     # handing over to a thread costs more than a peak
     jax.config.update("jax_cpu_enable_async_dispatch", False)
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    cache = Path(home) / "acf-jax" / "compiled"
     try:
+        cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "acf-jax" / "compiled"
         cache.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return  # a read-only home costs compile time, nothing else
+    except (OSError, RuntimeError):
+        return  # a home that is read-only, or that a container's user lacks, costs compile time, nothing else
     jax.config.update("jax_compilation_cache_dir", str(cache))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)

@@ -230,6 +230,9 @@ def test_check_of_a_table_names_the_first_offending_row(call, tmp_path):
         "Masticatory muscle",
     ]
     assert "All rows take for granted that" in result.output and "no sensor's reading" in result.output
+    again = tmp_path / "again.csv"
+    call("check", "--model", RIG, "--situations", out, "--out", again)
+    assert again.read_text() == out.read_text()
     blank = tmp_path / "blank.csv"
     blank.write_text("\n" + (CONFIGS / "situations.csv").read_text())
     call("check", "--model", RIG, "--situations", blank, "--out", out)

@@ -1,6 +1,8 @@
 """What holds for every command that the command line finds, and for `python -m train.fit`."""
 
+import io
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -146,6 +148,42 @@ def test_json_and_nothing_else_on_standard_output(path, end, monkeypatch, tmp_pa
         code, text, error = end(*path, *arguments)
     assert code in (0, 1), error
     json.loads(text, parse_constant=pytest.fail)
+
+
+def test_names_that_are_no_text(end, monkeypatch, tmp_path):
+    """A path may hold bytes that no encoding knows; standard output may know fewer letters than a path."""
+    folder = tmp_path / os.fsdecode(b"caf\xe9 \xe2\x82\xac")
+    folder.mkdir()
+    shutil.copy(RIG, folder / "rig.yaml")
+    shutil.copy(ROOT / "examples/rig_surrogate.eqx", folder)
+    code, _, error = end("export", "--surrogate", folder / "rig_surrogate.eqx", "--c", folder / "force.h")
+    assert code == 0 and not error and (folder / "force.h").read_text()
+    told = io.TextIOWrapper(io.BytesIO(), encoding="latin-1")
+    with monkeypatch.context() as patch:
+        patch.setattr("sys.stdout", told)
+        code, _, error = end("identify", ROOT / "configs/table1.csv", "--rig", folder / "rig.yaml")
+    told.seek(0)
+    assert code == 0 and not error and "caf\\udce9 \\u20ac" in told.read()
+
+
+def test_a_link_stays_one_and_what_is_no_file_is_not_replaced(end, tmp_path):
+    link, pipe = tmp_path / "link.h", tmp_path / "pipe.h"
+    link.symlink_to("real.h")
+    os.mkfifo(pipe)
+    assert end("export", "--c", link)[0] == 0
+    assert link.is_symlink() and "acf_find_peak" in (tmp_path / "real.h").read_text()
+    code, text, error = end("export", "--c", pipe)
+    assert code == 2 and not text and is_one_message(error) and f"{pipe}: is not an ordinary file" in error
+    assert pipe.is_fifo()
+
+
+def test_a_folder_in_place_of_a_result_is_named(end, tmp_path):
+    arguments = prepared(("predict",), tmp_path)
+    (tmp_path / "out/predictions.csv").mkdir(parents=True)
+    code, text, error = end("predict", *arguments)
+    assert (
+        code == 2 and not text and is_one_message(error) and f"{tmp_path / 'out/predictions.csv'}: " in error
+    )
 
 
 def prepared(path: tuple[str, ...], folder: Path) -> list[str]:

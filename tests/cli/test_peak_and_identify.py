@@ -89,6 +89,13 @@ def test_peak_lists_the_faults_of_a_rig_file(run, tmp_path):
         assert part in faults
 
 
+def test_a_rig_file_takes_every_spelling_of_a_number(run, tmp_path):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("rig: {m: 4e0, d: 0, k_f: +.0e1, k_c: 1.75561e5}\n")
+    document = json.loads(run("peak", "--rig", rig, "--v-e", "0.1", "--f-p", "100", "--json"))
+    assert document["rig"] == {"m": 4.0, "d": 0.0, "k_f": 0.0, "k_c": 175561.0}
+
+
 def test_peak_refuses_what_is_in_another_unit(run, tmp_path):
     rig = tmp_path / "rig.yaml"
     rig.write_text("rig: {m: 4000, d: 0, k_f: 0, k_c: 175.561}\n")
@@ -150,6 +157,13 @@ def test_identify_refuses_other_units_and_tared_peaks(rows, fault, run, tmp_path
     with pytest.raises(InputError) as caught:
         run("identify", table)
     assert all(str(table) in line for line in caught.value.faults) and fault in str(caught.value)
+
+
+def test_identify_of_one_peak_says_what_is_not_known(run, tmp_path):
+    table = tmp_path / "trials.csv"
+    table.write_text("contact_velocity_m_per_s,pretension_n,peak_force_n\n0.2,100,195\n")
+    output = run("identify", table)
+    assert "nan" not in output and output.count("not known") == 6
 
 
 def test_identify_takes_a_trial_at_rest(run, tmp_path):

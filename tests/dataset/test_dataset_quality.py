@@ -169,6 +169,11 @@ def test_missed_peak_bounds_what_sampling_loses(rate):
     assert max(bounds) < 1.3 * worst
 
 
+def test_samples_of_nearly_one_instant_end_no_search():
+    time = np.r_[1e-30 * np.arange(20.0), 0.002 + 1e-4 * np.arange(10)]
+    assert find_impact(Trace(time, np.full(30, 50.0)), 1.0, IMPACT_TIME).contact_lost is None
+
+
 def test_moving_mean():
     np.testing.assert_allclose(moving_mean(np.arange(6.0), 3), [0.5, 1, 2, 3, 4, 4.5])
 
@@ -250,6 +255,8 @@ def change(kind, dataset, index, rng):
             force = np.minimum(force, np.round(0.85 * peak))
         case "wrong range":
             force[start:] *= 0.75
+        case "far too large":
+            force[start:] *= 10.0
         case "peak column":
             return replace(trial, peak_force=1.3 * trial.peak_force)
     return with_force(trial, force)
@@ -264,6 +271,7 @@ KINDS = {
     "stuck": "sticks at",
     "clipped": "is cut off at",
     "wrong range": "differs from the other trials",
+    "far too large": "differs from the other trials",
     "contact_velocity": "wrong label? it looks like a trial at",
     "pretension": "wrong label? it looks like a trial at",
     "peak column": "but its trace peaks at",
@@ -334,8 +342,9 @@ def test_peaks_only():
     peaks = replace(dataset, trials=tuple(replace(trial, trace=None) for trial in dataset.trials))
     quality = assess_dataset(peaks)
     assert quality.excluded == {} and quality.noise.std == 1.0 and quality.noise.source == "stated"
-    wrong = replace(peaks.trials[9], peak_force=0.6 * peaks.trials[9].peak_force)
-    assert list(assess_dataset(with_trial(peaks, 9, wrong)).excluded) == ["t009"]
+    for factor in (0.6, 10.0, 1e6):
+        wrong = replace(peaks.trials[9], peak_force=factor * peaks.trials[9].peak_force)
+        assert list(assess_dataset(with_trial(peaks, 9, wrong)).excluded) == ["t009"]
     unknown = replace(peaks, measurement=Measurement())
     assert assess_dataset(unknown).noise.source == "repeats"
     single = replace(unknown, trials=unknown.trials[::2])

@@ -49,6 +49,16 @@ def test_peaks_do_not_tell_mass_from_stiffness():
     assert told.rank == 1
 
 
+@pytest.mark.parametrize("f_p", [0.0, 100.0])
+@pytest.mark.parametrize("scatter", [0.0, 0.01])
+def test_peaks_at_one_speed_leave_the_product_open_to_damping(f_p, scatter):
+    v_e, pretension = np.full(3, 0.2), np.full(3, f_p)
+    peaks = Peaks(v_e, pretension, ideal_peak(838.0, v_e, pretension) * (1 + scatter * np.array([-1, 0, 1])))
+    told = information(peaks, identify(peaks))
+    assert told.std_alone["sqrt_k_c_m"] < 0.02 and told.rank == 1
+    assert set(told.std_together.values()) == {float("inf")}
+
+
 def test_one_trial_has_no_interval():
     found = identify(Peaks(V_E[:1], F_P[:1], TABLE_1.f_max[:1]))
     assert np.isnan(found.interval).all() and found.error_left_out is None

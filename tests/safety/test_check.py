@@ -181,6 +181,9 @@ def test_a_pretension_above_the_lasting_limit_is_not_decidable(checker: Checker)
     assert checker(situation("Palm (dominant side)", v=0.05, f=136.0)).verdict == "allowed"
     pressed = checker(situation("Palm (dominant side)", v=0.05, f=100.0, contact_area=0.35))
     assert pressed.verdict == "not decidable" and "lasting limit of 260 N/cm^2" in pressed.reasons[0]
+    over = checker(situation("Palm (dominant side)", v=0.2, f=290.0, contact_area=1.0))
+    assert over.verdict == "not allowed" and "force" in over.reasons[0]
+    assert over.pressure_verdict == "not decidable"  # 297 of 520 N/cm^2, but 290 of 260 N/cm^2 stay
 
 
 @pytest.mark.parametrize(

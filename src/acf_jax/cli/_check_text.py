@@ -84,16 +84,6 @@ def _standard(a: "Answer") -> str:
     return f"v_max = {a.standard_speed:.2f} m/s (without flange, pad and pretension)"
 
 
-def pressure_verdict(a: "Answer") -> str:
-    """The pressure's part of the verdict."""
-    if a.pressure is None or a.pressure_limit is None:
-        return NO_AREA
-    lowest = (a.force or 0.0) / (a.situation.contact_area or math.inf)
-    if a.pressure <= a.pressure_limit:
-        return "allowed" if a.verdict != "not decidable" else "not decidable"
-    return "not allowed" if lowest > a.pressure_limit else "not decidable"
-
-
 def document(answer: "Answer", checker: "Checker", limits: "Limits", alone: bool) -> dict[str, Any]:
     """One verdict for programs; with the highest allowed velocity, which takes a search, where it stands alone."""
     from acf_jax.safety.assumptions import STATEMENT
@@ -104,7 +94,7 @@ def document(answer: "Answer", checker: "Checker", limits: "Limits", alone: bool
         "schema": "acf-check/1",
         "situation": s.name or None,
         "verdict": a.verdict,
-        "pressure_verdict": pressure_verdict(a) if a.force_limit is not None else "not allowed",
+        "pressure_verdict": a.pressure_verdict or NO_AREA,
         "reasons": list(a.reasons),
         "cautions": list(a.cautions),
         "body_region": a.area.region,
@@ -140,27 +130,35 @@ def _assumptions(a: "Answer", checker: "Checker") -> list[str]:
 
 
 def table(situations: Path, answers: Sequence["Answer"]) -> str:
-    """The situations' own columns, row by row, with the verdicts behind them."""
+    """The situations' own columns, row by row, with the verdicts behind them, in place of those of an earlier check."""
     by_line = {a.situation.row: a for a in answers}
     lines = csv.reader(io.StringIO(read_text(situations)))
     header = next(cells for cells in lines if any(cell.strip() for cell in cells))
     while not header[-1].strip():
         header.pop()
+    own = [i for i, cell in enumerate(header) if cell.strip() not in ADDED]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*(cell.strip() for cell in header), *ADDED])
+    writer.writerow([*(header[i].strip() for i in own), *ADDED])
     for cells in lines:
         if (answer := by_line.get(lines.line_num)) is not None:
-            writer.writerow([*(cell.strip() for cell in cells[: len(header)]), *_cells(answer)])
+            writer.writerow([*(cells[i].strip() for i in own), *_cells(answer)])
     return out.getvalue()
 
 
 def _cells(a: "Answer") -> list[str]:
     numbers = (a.force, a.upper, a.force_limit, a.pressure, a.pressure_limit)
     shown = ["" if x is None else f"{x:.6g}" for x in numbers]
-    decided = pressure_verdict(a) if a.force_limit is not None else "not allowed"
     speed = "" if a.standard_speed is None else f"{a.standard_speed:.4g}"
-    told = [a.area.name, a.verdict, "; ".join(a.reasons), *shown, decided, speed, a.decided_by]
+    told = [
+        a.area.name,
+        a.verdict,
+        "; ".join(a.reasons),
+        *shown,
+        a.pressure_verdict or NO_AREA,
+        speed,
+        a.decided_by,
+    ]
     return [*told, "; ".join(a.cautions)]
 
 

@@ -40,8 +40,10 @@ def end_well(work: Callable[[], int | None]) -> int:
     except KeyboardInterrupt as stop:
         return _say(STOPPED, f"\nstopped; {str(stop) or NOTHING_LEFT}")
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        return _say(FAULT, f"error: {where}{error.strerror or error}; check path, permissions and disk")
+        # of a rename one name is temporary, the other the one that is meant
+        names = " to ".join(str(name) for name in (error.filename, error.filename2) if name)
+        what = error.strerror or str(error)
+        return _say(FAULT, f"error: {f'{names}: ' if names else ''}{what}; check path, permissions and disk")
 
 
 def _usage(error: click.ClickException) -> list[str]:

@@ -125,6 +125,11 @@ def _percent(value: float | None) -> str:
     return "not known" if value is None or not math.isfinite(value) else f"{100 * value:.2f} %"
 
 
+def _known(std: float) -> str:
+    """A standard deviation; not known where a single peak leaves the scatter open, infinite where peaks say nothing."""
+    return f"{std:.2g}" if math.isfinite(std) else "not at all" if math.isinf(std) else "not known"
+
+
 def _text(found: Any, information: Any, before: dict[str, float]) -> str:
     low, high = found.interval
     lines = [f"sqrt(k_C m) = {found.sqrt_k_c_m:.1f} N s/m"]
@@ -144,8 +149,7 @@ def _text(found: Any, information: Any, before: dict[str, float]) -> str:
         ("epsilon", "k_F/K"),
     ):
         alone, together = information.std_alone[name], information.std_together[name]
-        shown = f"{together:.2g}" if math.isfinite(together) else "not at all"
-        lines.append(f"  {label:14}{alone:14.2g}   {shown:>16}")
+        lines.append(f"  {label:14}{_known(alone):>14}   {_known(together):>16}")
     lines += [
         "",
         f"{information.rank} combination(s) of the four parameters are known within 10 %.",

@@ -1,6 +1,7 @@
 """`python -m acf_jax`: one command a file in this folder, imported only when it is called."""
 
 import importlib
+import io
 import keyword
 import os
 import sys
@@ -40,6 +41,8 @@ def commands() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and end with its exit code."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: a file's name may be no text
     # A shell completes the installed program by its name; every other text names what works without installing.
     name = "acf-jax" if COMPLETE in os.environ else "python -m acf_jax"
 

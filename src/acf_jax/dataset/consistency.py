@@ -102,17 +102,20 @@ def _judge(trials: list[Trial], values: Array, misfit: Misfit, squared: bool = F
     places = np.unique(conditions, axis=0, return_index=True)[1]
     weights = np.ones(len(trials))
     likely: dict[int, int | None] = {}
+    fitted = _left_out(basis, values, weights)
+    scores, late = misfit(fitted, everyone)
     for _ in range(max(len(trials) // 5, 1)):
-        scores, _late = misfit(_left_out(basis, values, weights), everyone)
-        worst = _worst(basis, values, weights, misfit, scores)
+        worst = _worst(basis, values, weights, misfit, scores, fitted)
         weights[worst] = 0.0
-        own, other, place = _explain(basis, values, weights, misfit, worst, places)
+        fitted = _left_out(basis, values, weights)
+        without = misfit(fitted, everyone)
+        own = float(np.nan_to_num(without[0][worst]))
+        other, place = _elsewhere(fitted, misfit, worst, places)
         mistaken = own > _CLEAR_LABEL and other < 0.2 * own and other < 0.005
-        if not (mistaken or own > _limit(scores, weights)):
-            weights[worst] = 1.0
+        if not (mistaken or own > _limit(without[0], weights)):
             break
+        scores, late = without
         likely[worst] = place if mistaken else None
-    scores, late = misfit(_left_out(basis, values, weights), everyone)
     agreements = []
     for i in range(len(trials)):
         fault = None
@@ -128,14 +131,16 @@ def _judge(trials: list[Trial], values: Array, misfit: Misfit, squared: bool = F
     return agreements
 
 
-def _worst(basis: Array, values: Array, weights: Array, misfit: Misfit, scores: Array) -> int:
+def _worst(basis: Array, values: Array, weights: Array, misfit: Misfit, scores: Array, fitted: Array) -> int:
     """Of the few trials that differ most, the one without which the others agree best.
 
     A faulty trial of much leverage spoils what is expected of its neighbours, so the largest score may be
-    theirs.
+    theirs; so it may where a force is far too large, for a score is a share of the trial's own peak.
     """
-    kept = np.where((weights > 0.0) & np.isfinite(scores), scores, -1.0)
-    candidates = np.argsort(-kept, kind="stable")[:4]
+    known = (weights > 0.0) & np.isfinite(scores)
+    away = np.nan_to_num(np.abs(values - fitted)).sum(0)
+    most = [np.argsort(-np.where(known, by, -1.0), kind="stable")[:4] for by in (scores, away)]
+    candidates = list(dict.fromkeys(np.concatenate(most).tolist()))
     rest = []
     for i in candidates:
         without = weights.copy()
@@ -145,16 +150,11 @@ def _worst(basis: Array, values: Array, weights: Array, misfit: Misfit, scores: 
     return int(candidates[int(np.argmin(rest))])
 
 
-def _explain(
-    basis: Array, values: Array, weights: Array, misfit: Misfit, index: int, places: Indices
-) -> tuple[float, float, int]:
-    """Scores of trial `index`, set aside, at its own condition and at the best of those at `places`."""
-    fitted = _left_out(basis, values, weights)
-    own = misfit(fitted[:, [index]], np.array([index]))[0][0]
+def _elsewhere(fitted: Array, misfit: Misfit, index: int, places: Indices) -> tuple[float, int]:
+    """The score of trial `index`, set aside, at the best of the conditions at `places`, and which that is."""
     fits = misfit(fitted[:, places], np.full(places.size, index))[0]
     found = [(float(fit), int(j)) for fit, j in zip(fits, places, strict=True) if np.isfinite(fit)]
-    other, place = min(found, default=(float(np.inf), index))
-    return float(np.nan_to_num(own)), other, place
+    return min(found, default=(float(np.inf), index))
 
 
 def _limit(scores: Array, weights: Array) -> float:

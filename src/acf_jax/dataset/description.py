@@ -1,5 +1,6 @@
 """dataset.yaml: the rig's priors and how it was measured, checked against the contract."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -14,7 +15,7 @@ SCHEMA = "acf-gap-dataset/1"
 
 
 def _number(value: Any) -> Any:
-    # YAML 1.1 reads 3.4e5 as text, and pydantic would take yes and true for 1.
+    # pydantic would take yes and true for 1, and '3_4' for 34
     if isinstance(value, bool) or (isinstance(value, str) and "_" in value):
         raise ValueError("must be a number; write digits, such as 3.4e5")
     return value
@@ -35,28 +36,33 @@ def _is_a_deviation(value: float) -> float:
     return value
 
 
+def _below(limit: units.Limit) -> AfterValidator:
+    """Of a standard deviation: more than the largest value that can be is as good as unknown, and breaks a fit."""
+    return _within(replace(limit, low=0.0))
+
+
 Number = Annotated[float, BeforeValidator(_number)]
 Std = Annotated[Number, AfterValidator(_is_a_deviation)]
 
 
 class _Mass(Part):
     value: Annotated[Number, _within(units.MASS)]
-    std: Std
+    std: Annotated[Std, _below(units.MASS)]
 
 
 class _Damping(Part):
     value: Annotated[Number, _within(units.DAMPING)]
-    std: Std
+    std: Annotated[Std, _below(units.DAMPING)]
 
 
 class _ActuatorStiffness(Part):
     value: Annotated[Number, _within(units.ACTUATOR_STIFFNESS)]
-    std: Std
+    std: Annotated[Std, _below(units.ACTUATOR_STIFFNESS)]
 
 
 class _ContactStiffness(Part):
     value: Annotated[Number, _within(units.CONTACT_STIFFNESS)]
-    std: Std
+    std: Annotated[Std, _below(units.CONTACT_STIFFNESS)]
 
 
 class _Rig(Part):

@@ -45,7 +45,7 @@ def find_impact(
     time, force = trace.time, trace.force - offset
     step = float(np.median(np.diff(time)))
     first = int(np.searchsorted(time, -0.5 * step))
-    width = max(int(0.15 * impact_time / step) | 1, 1)
+    width = int(min(0.15 * impact_time / step, time.size)) | 1
     smooth = moving_mean(force, width)
     near = smooth[first : max(int(np.searchsorted(time, 3.0 * impact_time)), first + 1)]
     if near.size == 0 or near.max() <= 5.0 * noise_std / width**0.5:

@@ -10,6 +10,7 @@ from pathlib import Path
 from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.files import read_text
 
+_LARGEST = 1e100  # beyond it no measurement lies, and squares overflow
 _SHOWN = 8  # faults shown of one file; a wrong column would fill the screen otherwise
 
 
@@ -43,8 +44,9 @@ class Table:
             value = math.nan
             what = "is empty" if not text else f"is {shown(text)}, not a number"
         else:
-            what = f"is {shown(text)}, not a finite number"
-        if math.isfinite(value):
+            too_large = "larger than any measurement" if math.isfinite(value) else "not a finite number"
+            what = f"is {shown(text)}, {too_large}"
+        if abs(value) < _LARGEST:
             return value
         self.fault(where or f"row {row.number}", f"{column} {what}; give a number such as 1.5e-3")
         return None

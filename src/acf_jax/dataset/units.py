@@ -63,6 +63,7 @@ QUANTITIES = {
 # Stands in for a rig whose description is faulty, so that the units of its traces are still judged.
 TYPICAL_RIG = RigPrior(Prior(4.0, 2.0), Prior(80.0, 80.0), Prior(5e3, 5e3), Prior(2e5, 1e5))
 
+_SHORTEST = 0.05  # of an impact, that a trace lasts: no rig's uncertainty explains less
 _FAR = 100.0  # a factor that no rig's uncertainty explains, yet well below the 1000 of a wrong prefix
 
 
@@ -91,6 +92,11 @@ def time_fault(trace: Trace, impact_time: float) -> str | None:
         )
     if np.count_nonzero(time >= 0.0) < 3:
         return "has fewer than 3 samples from time 0 on; record the whole impact"
+    if time[-1] < _SHORTEST * impact_time:
+        return (
+            f"time_s ends at {time[-1]:.3g} s, long before the impact is over (about {impact_time:.2g} s); record the"
+            " whole impact, or if it is in ks, multiply by 1000"
+        )
     return None
 
 

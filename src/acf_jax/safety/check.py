@@ -38,6 +38,7 @@ class Answer(NamedTuple):
     force_limit: float | None  # N
     pressure: float | None  # N/cm^2, upper force over the area; None: not decided
     pressure_limit: float | None  # N/cm^2
+    pressure_verdict: Verdict | None  # of the pressure alone; None: not decided
     standard_speed: float | None  # m/s, by the standard's formula; None: clamped, or no masses are given
     decided_by: str  # surrogate, exact model, simulation, rule
 
@@ -120,7 +121,7 @@ class Checker:
             if not area.is_permissible:
                 never = f"contact with {area.region.lower()} is not permissible, whatever the force"
                 return Answer(
-                    s, area, "not allowed", (never,), (), None, None, None, None, None, None, "rule"
+                    s, area, "not allowed", (never,), (), None, None, None, None, None, "not allowed", None, "rule"
                 )  # fmt: skip
         known: dict[tuple[Body, str], Inferred] = {}  # areas of one region often share their mechanics
         answers = [self._of_area(s, area, known) for area in s.areas]
@@ -130,17 +131,27 @@ class Checker:
         force_limit, pressure_limit = limits_of(area, s.contact)
         lowest = _lowest_limit(s, force_limit, pressure_limit)
         found, way = self._infer(s, body_of(area, s.contact), lowest, known)
-        reasons = self._unanswered(s, found)
-        verdict: Verdict = "not decidable"
-        if not reasons:
-            verdict, reasons = self._judge(s, area, found, force_limit, pressure_limit)
-        speed = standard_speed(s, area, lowest)
         force, above = (found.force, found.upper) if found.has_peak else (None, None)
         pressure = above / s.contact_area if above is not None and s.contact_area else None
+        of_pressure: Verdict | None = None
+        if reasons := self._unanswered(s, found):
+            verdict: Verdict = "not decidable"
+            if pressure is not None and pressure_limit is not None:
+                of_pressure = verdict
+        else:
+            judged = [self._judge(s, found, "force", "N", 1.0, force_limit, area.force)]
+            if s.contact_area and pressure_limit is not None:
+                lasting, share = area.pressure or 0.0, 1 / s.contact_area
+                judged.append(self._judge(s, found, "pressure", "N/cm^2", share, pressure_limit, lasting))
+                of_pressure = judged[-1][0]
+            verdict = max((one for one, _ in judged), key=SEVERITY.__getitem__)
+            reasons = [reason for one, why in judged if one == verdict for reason in why]
+        speed = standard_speed(s, area, lowest)
         faster = FASTER if speed is not None and s.v_e > speed else ""
         cautions = (*self.cautions, *filter(None, (area.caution, faster)))
         return Answer(
-            s, area, verdict, tuple(reasons), cautions, force, above, force_limit, pressure, pressure_limit, speed, way
+            s, area, verdict, tuple(reasons), cautions, force, above, force_limit, pressure, pressure_limit,
+            of_pressure, speed, way,
         )  # fmt: skip
 
     def _infer(
@@ -180,38 +191,35 @@ class Checker:
         return "" if self.exact_name == "exact model" else ", or the contact is too stiff to be simulated"
 
     def _judge(
-        self, s: Situation, area: BodyArea, found: Inferred, force_limit: float, pressure_limit: float | None
+        self,
+        s: Situation,
+        found: Inferred,
+        what: str,
+        unit: str,
+        share: float,
+        limit: float,
+        lasting_limit: float,
     ) -> tuple[Verdict, list[str]]:
-        checks = [("force", "N", 1.0, force_limit, area.force)]
-        if s.contact_area and pressure_limit is not None:
-            checks.append(("pressure", "N/cm^2", 1 / s.contact_area, pressure_limit, area.pressure or 0.0))
-        over = [
-            f"{what} {found.lower * share:.4g} {unit} expected, above the limit of {limit:.4g} {unit}"
-            for what, unit, share, limit, _ in checks
-            if found.lower * share > limit
-        ]
-        if over:
-            return "not allowed", over
-        open_ = [
-            f"{what} {found.lower * share:.4g} {unit} expected, but with {self.confidence:.3g} confidence only below"
-            f" {found.upper * share:.4g} {unit}: the limit of {limit:.4g} {unit} lies between"
-            for what, unit, share, limit, _ in checks
-            if found.upper * share > limit
-        ]
-        if s.contact == "transient":
-            open_ += [
-                f"the pretension stays when the impact is over: {what} of up to {s.f_p * self.lasting * share:.4g}"
-                f" {unit}, above the lasting limit of {limit:.4g} {unit}; check quasi_static, or lower it"
-                for what, unit, share, _, limit in checks
-                if s.f_p * self.lasting * share > limit
+        """The verdict on the force, or on the pressure as a share of it, by itself."""
+        lower, upper, lasting = found.lower * share, found.upper * share, s.f_p * self.lasting * share
+        if lower > limit:
+            return "not allowed", [
+                f"{what} {lower:.4g} {unit} expected, above the limit of {limit:.4g} {unit}"
             ]
+        open_ = []
+        if upper > limit:
+            open_.append(
+                f"{what} {lower:.4g} {unit} expected, but with {self.confidence:.3g} confidence only below"
+                f" {upper:.4g} {unit}: the limit of {limit:.4g} {unit} lies between"
+            )
+        if s.contact == "transient" and lasting > lasting_limit:
+            open_.append(
+                f"the pretension stays when the impact is over: {what} of up to {lasting:.4g} {unit}, above the lasting"
+                f" limit of {lasting_limit:.4g} {unit}; check quasi_static, or lower it"
+            )
         if open_:
             return "not decidable", open_
-        below = [
-            f"{what} below {found.upper * share:.4g} {unit}, limit {limit:.4g} {unit}"
-            for what, unit, share, limit, _ in checks
-        ]
-        return "allowed", below
+        return "allowed", [f"{what} below {upper:.4g} {unit}, limit {limit:.4g} {unit}"]
 
 
 def _severity(a: Answer) -> tuple[int, float]:
