@@ -28,6 +28,7 @@ FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 TOWARDS_BOUND = (
     0.9  # share of the way to a bound that a step goes at most: an effect of no strength has no slope
 )
+NO_INTERVAL = 1e-6  # s, in place of a sampling interval where peaks are all there is
 AT_BOUND = 1e-3  # prior standard deviations from a bound, from which on a step may end there
 
 
@@ -75,7 +76,7 @@ def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     omega = np.sqrt((k_f + k_c) / m)
     latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
     end = float(latest[observations.used].max())
-    interval = observations.interval[observations.interval > 0].min(initial=np.inf)
+    interval = observations.intervals.min(initial=np.inf)
     if observations.peak_only.any():
         end = max(end, PEAK_WITHIN / omega)
     sampled = _stride(explanation) * interval
@@ -252,9 +253,8 @@ def fit(
 
     **Returns:** a `Fit`; stops after two iterations that gain less than the share `tolerance` of the objective.
     """
-    at = coordinates(
-        observations.prior, explanation, COMMON_TRIGGER * max(float(np.median(observations.interval)), 1e-6)
-    )
+    interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_INTERVAL
+    at = coordinates(observations.prior, explanation, COMMON_TRIGGER * interval)
     u = np.clip(at.coordinate(start), at.low, at.high)
     own = np.zeros((len(observations.names), N_OWN)) if own is None else own
     grid = grid_for(observations, explanation)._replace(pull=0.0 if warm else 1.0)

@@ -109,7 +109,6 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
     relative = held.peak / held.measured_peak - 1
     noise = o.noise.std / held.measured_peak
     form = float(np.sqrt(max(0.0, np.median(relative**2) / 0.455 - np.median(noise**2))))
-    interval = o.interval[o.interval > 0]
     return GapModel(
         schema=SCHEMA,
         description=d.dataset.description,
@@ -119,7 +118,7 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         alternatives=tuple(variant(f, of[f.explanation]) for f in standing),
         peak_form_error=form,
         step_s=min(f.grid.h for f in (d.corrected, *standing)),
-        sample_rate_hz=float(1 / np.median(interval)) if interval.size else 10e3,
+        sample_rate_hz=float(1 / np.median(o.intervals)) if o.intervals.size else 10e3,
         v_range=(float(o.v_e.min()), float(o.v_e.max())),
         f_p_range=(float(o.f_p.min()), float(o.f_p.max())),
         corners=_corners(o.v_e, o.f_p),

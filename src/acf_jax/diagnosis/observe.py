@@ -51,6 +51,11 @@ class Observations:
         """(trials, n) the compared samples that are of a trace."""
         return self.used & ~self.peak_only[:, None]
 
+    @property
+    def intervals(self) -> np.ndarray:
+        """(traces,) sampling intervals, s."""
+        return self.interval[~self.peak_only]
+
     def subset(self, keep: np.ndarray) -> "Observations":
         """The trials for which `keep` is true."""
         index = np.flatnonzero(keep)
