@@ -23,6 +23,7 @@ COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it i
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 ITERATIONS = 40  # of a fit, at most
 TOLERANCE = 1e-5  # share of the objective that an iteration has to gain
+PRIOR_CURVATURE = 1.0  # of the objective by the priors alone; less of it is rounding
 STIFFEST = 1e4  # damping at which a step is too small to matter
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 TOWARDS_BOUND = (
@@ -53,10 +54,16 @@ class Fit:
         return self.coordinates.value(self.u)
 
     @property
+    def root(self) -> np.ndarray:
+        """(p, p) R with R R' the covariance in u, widened by the misfit that the noise does not explain."""
+        curvature, vectors = np.linalg.eigh(self.hessian)
+        return np.asarray(vectors * np.sqrt(self.misfit / np.maximum(curvature, PRIOR_CURVATURE)))
+
+    @property
     def covariance(self) -> np.ndarray:
-        """(p, p) of the parameters in SI units, widened by the misfit that the noise does not explain."""
-        slope = self.coordinates.slope(self.u)
-        return np.asarray(self.misfit * slope[:, None] * np.linalg.inv(self.hessian) * slope)
+        """(p, p) of the parameters in SI units."""
+        root = self.coordinates.slope(self.u)[:, None] * self.root
+        return root @ root.T
 
     @property
     def misfit(self) -> float:
