@@ -116,6 +116,35 @@ def test_of_a_single_condition_no_figure_is_called_unseen(gravity_set: GapDatase
     assert "so none is unseen" in (tmp_path / "report.html").read_text()
 
 
+def test_a_trace_that_ends_at_contact_is_left_out(gravity_set: GapDataset) -> None:
+    """With the rest it ended in a traceback."""
+    first, *others = gravity_set.trials[:5]
+    assert first.trace is not None
+    before = first.trace.time <= 0.0
+    trace = replace(first.trace, time=first.trace.time[before], force=first.trace.force[before] + 40.0)
+    short = replace(first, trace=trace, peak_force=None)
+    with few_explanations(("gravity",), ("unknown_sensor",)):
+        found = diagnose(replace(gravity_set, trials=(short, *others)))
+    assert set(found.excluded) == {first.name}
+    assert len(found.observations.names) == 4
+    with pytest.raises(InputError, match="go on behind it"):
+        diagnose(replace(gravity_set, trials=(short, *others[:2])))
+
+
+def test_noise_below_what_the_simulation_resolves_counts_as_that(gravity_set: GapDataset) -> None:
+    """With 1e-6 N, as a simulated set may state it, no fit counted as stable; covariances were not symmetric."""
+    quality = assess_dataset(gravity_set)
+    exact = replace(quality, noise=replace(quality.noise, std=1e-6))
+    observations = observe(gravity_set, exact)
+    assert 1e-4 < observations.noise.std < 1e-2
+    fitted = fit_nominal(observations)
+    assert np.isfinite(fitted.objective)
+    deviation = np.sqrt(np.diag(fitted.covariance))
+    correlation = fitted.covariance / deviation / deviation[:, None]
+    assert correlation == pytest.approx(correlation.T, abs=1e-9)
+    assert np.linalg.eigvalsh(correlation).min() > -1e-9
+
+
 @pytest.mark.parametrize(
     ("conditions", "corners"),
     [
