@@ -18,7 +18,8 @@ from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import Explanation
+from acf_jax.diagnosis.space import Explanation, parameters, starts
+from acf_jax.diagnosis.validate import figures, hold_out
 from acf_jax.errors import InputError
 from acf_jax.report import write_report
 from tests.diagnosis.conftest import KEPT, PORTS
@@ -116,12 +117,30 @@ def test_of_a_single_condition_no_figure_is_called_unseen(gravity_set: GapDatase
     assert "so none is unseen" in (tmp_path / "report.html").read_text()
 
 
+def test_a_free_curve_that_goes_astray_where_it_did_not_see_predicts_no_force(
+    gravity_set: GapDataset, diagnosed: Diagnosis
+) -> None:
+    """It left figures that are no numbers, which model.json cannot hold."""
+    observations = diagnosed.observations
+    known = [name for name, _ in parameters(("unknown_actuator",))]
+    theta = np.array([*observations.prior.values, *starts("unknown_actuator")[1], 0.0])
+    theta[known.index("unknown_actuator.stroke_3_n")] = 2e3
+    fitted = fit(observations, ("unknown_actuator",), theta, warm=True, iterations=0)
+    assert not np.isfinite(fitted.objective)
+    measured = diagnosed.held["nominal"].measured_peak
+    held = hold_out(observations, fitted, measured, diagnosed.nominal, refit=False)
+    assert np.isfinite(held.excess).all() and np.isfinite(held.peak).all()
+    assert figures(observations, held).peak_max_percent == pytest.approx(100.0)
+
+
 def test_a_trace_that_ends_at_contact_is_left_out(gravity_set: GapDataset) -> None:
     """With the rest it ended in a traceback."""
     first, *others = gravity_set.trials[:5]
     assert first.trace is not None
     before = first.trace.time <= 0.0
-    trace = replace(first.trace, time=first.trace.time[before], force=first.trace.force[before] + 40.0)
+    force = first.trace.force[before]
+    force[-1] = first.pretension
+    trace = replace(first.trace, time=first.trace.time[before], force=force)
     short = replace(first, trace=trace, peak_force=None)
     with few_explanations(("gravity",), ("unknown_sensor",)):
         found = diagnose(replace(gravity_set, trials=(short, *others)))
