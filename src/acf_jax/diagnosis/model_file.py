@@ -169,7 +169,8 @@ def check_model(path: Path, content: dict[str, Any]) -> GapModel:
     for k, alternative in enumerate(model.alternatives):
         faults += _faults(path, f"alternatives.{k}", alternative)
     ends = [(min(axis), max(axis)) for axis in zip(*model.corners, strict=True)]
-    if model.corners and ends != [model.v_range, model.f_p_range]:
+    tried = [model.v_range, model.f_p_range]
+    if model.corners and not np.allclose(ends, tried, rtol=ROUNDING, atol=0):
         faults.append(f"{path}: corners: must span v_range and f_p_range; write it anew with `diagnose`")
     if faults:
         raise InputError(faults)
