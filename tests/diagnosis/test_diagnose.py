@@ -20,6 +20,7 @@ from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation, parameters, starts
 from acf_jax.diagnosis.validate import figures, hold_out
+from acf_jax.diagnosis.where import gap_map
 from acf_jax.errors import InputError
 from acf_jax.report import write_report
 from tests.diagnosis.conftest import KEPT, PORTS
@@ -133,6 +134,15 @@ def test_a_free_curve_that_goes_astray_where_it_did_not_see_predicts_no_force(
     assert figures(observations, held).peak_max_percent == pytest.approx(100.0)
 
 
+def test_where_there_are_peaks_only_no_force_is_stated(diagnosed: Diagnosis) -> None:
+    o = diagnosed.observations
+    here = o.condition[0]
+    beside_traces = replace(o, peak_only=o.condition == here)
+    gaps = gap_map(beside_traces, diagnosed.fits[0], diagnosed.held["recalibrated"]).conditions
+    assert [gap.excess_rms_n is None for gap in gaps] == [c == here for c in np.unique(o.condition)]
+    assert sum(gap.share for gap in gaps) == pytest.approx(1.0)
+
+
 def test_a_trace_that_ends_at_contact_is_left_out(gravity_set: GapDataset) -> None:
     """With the rest it ended in a traceback."""
     first, *others = gravity_set.trials[:5]
@@ -198,6 +208,17 @@ def test_a_damaged_model_file_is_named(diagnosed: Diagnosis, tmp_path: Path, cha
     path.write_text(json.dumps(content))
     with pytest.raises(InputError, match=word):
         read_model(path)
+
+
+def test_corners_may_miss_the_tried_range_by_rounding(diagnosed: Diagnosis, tmp_path: Path) -> None:
+    """Pretensions of 110 N and of 1.1 * 100 N have no area: the ends of a line are left, of which none is largest."""
+    v_e, f_p = np.array([0.1, 0.2, 0.3]), np.array([110.0, 1.1 * 100, 110.0])
+    corners = _corners(v_e, f_p)
+    assert max(f for _, f in corners) < f_p.max()
+    tried = {"corners": corners, "v_range": (0.1, 0.3), "f_p_range": (110.0, float(f_p.max()))}
+    path = tmp_path / "model.json"
+    path.write_text(write_model(gap_model(diagnosed).model_copy(update=tried)))
+    assert read_model(path).corners == corners
 
 
 def test_predictions_end_with_contact_and_carry_uncertainty(diagnosed: Diagnosis) -> None:
