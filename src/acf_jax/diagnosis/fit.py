@@ -77,18 +77,22 @@ class Fit:
         return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
 
 
+def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
+    """The longest step, s, of a simulation of a rig: a share of a radian, within the decay of a strong damper."""
+    return float(1 / max(np.sqrt((k_f + k_c) / m) / STEP_PER_RADIAN, d / m))
+
+
 def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     """A grid fine enough for the rig and for a sensor with dynamics, and long enough for every trial."""
-    m, _, k_f, k_c = observations.prior.values
-    omega = np.sqrt((k_f + k_c) / m)
+    prior = observations.prior
     latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
     end = float(latest[observations.used].max())
     interval = observations.intervals.min(initial=np.inf)
     if observations.peak_only.any():
-        end = max(end, PEAK_WITHIN / omega)
+        end = max(end, PEAK_WITHIN / np.pi * prior.impact_time)
     sampled = _stride(explanation) * interval
     longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
-    h = max(min(STEP_PER_RADIAN / omega, longest), end / (SAMPLES - BEYOND - 2))
+    h = max(min(step_for(*prior.values), longest), end / (SAMPLES - BEYOND - 2))
     return Grid(h, int(np.ceil(end / h)) + BEYOND)
 
 
