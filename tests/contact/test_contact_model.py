@@ -128,3 +128,11 @@ def test_a_contact_too_stiff_for_the_simulations_step_has_no_peak() -> None:
     exact, _ = forces(of_rig(RIG, {}).main.peak, z, WALL)
     assert exists.tolist() == [True, False]
     assert found[0] == pytest.approx(exact[0], rel=1e-3) and found[1] < 0.99 * exact[1]
+
+
+def test_a_force_that_a_strong_damper_lets_rise_has_no_peak() -> None:
+    """A step longer than the damper's decay took the first jump for a peak: 92 N, where the force goes on rising."""
+    law = of_diagnosis(gap_model((), ())).main.peak
+    z = np.array([[0.5, d, 0.0, 1e5, 0.2, 80.0] for d in (30.0, 2e4)])
+    _, exists = forces(law, z, WALL)
+    assert exists.tolist() == [True, False]

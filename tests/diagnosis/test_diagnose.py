@@ -18,7 +18,9 @@ from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import Explanation
+from acf_jax.diagnosis.space import Explanation, parameters, starts
+from acf_jax.diagnosis.validate import figures, hold_out
+from acf_jax.diagnosis.where import gap_map
 from acf_jax.errors import InputError
 from acf_jax.report import write_report
 from tests.diagnosis.conftest import KEPT, PORTS
@@ -124,6 +126,62 @@ def test_of_a_single_condition_no_figure_is_called_unseen(gravity_set: GapDatase
     assert "so none is unseen" in (tmp_path / "report.html").read_text()
 
 
+def test_a_free_curve_that_goes_astray_where_it_did_not_see_predicts_no_force(
+    gravity_set: GapDataset, diagnosed: Diagnosis
+) -> None:
+    """It left figures that are no numbers, which model.json cannot hold."""
+    observations = diagnosed.observations
+    known = [name for name, _ in parameters(("unknown_actuator",))]
+    theta = np.array([*observations.prior.values, *starts("unknown_actuator")[1], 0.0])
+    theta[known.index("unknown_actuator.stroke_3_n")] = 2e3
+    fitted = fit(observations, ("unknown_actuator",), theta, warm=True, iterations=0)
+    assert not np.isfinite(fitted.objective)
+    measured = diagnosed.held["nominal"].measured_peak
+    held = hold_out(observations, fitted, measured, diagnosed.nominal, refit=False)
+    assert np.isfinite(held.excess).all() and np.isfinite(held.peak).all()
+    assert figures(observations, held).peak_max_percent == pytest.approx(100.0)
+
+
+def test_where_there_are_peaks_only_no_force_is_stated(diagnosed: Diagnosis) -> None:
+    o = diagnosed.observations
+    here = o.condition[0]
+    beside_traces = replace(o, peak_only=o.condition == here)
+    gaps = gap_map(beside_traces, diagnosed.fits[0], diagnosed.held["recalibrated"]).conditions
+    assert [gap.excess_rms_n is None for gap in gaps] == [c == here for c in np.unique(o.condition)]
+    assert sum(gap.share for gap in gaps) == pytest.approx(1.0)
+
+
+def test_a_trace_that_ends_at_contact_is_left_out(gravity_set: GapDataset) -> None:
+    """With the rest it ended in a traceback."""
+    first, *others = gravity_set.trials[:5]
+    assert first.trace is not None
+    before = first.trace.time <= 0.0
+    force = first.trace.force[before]
+    force[-1] = first.pretension
+    trace = replace(first.trace, time=first.trace.time[before], force=force)
+    short = replace(first, trace=trace, peak_force=None)
+    with few_explanations(("gravity",), ("unknown_sensor",)):
+        found = diagnose(replace(gravity_set, trials=(short, *others)))
+    assert set(found.excluded) == {first.name}
+    assert len(found.observations.names) == 4
+    with pytest.raises(InputError, match="go on behind it"):
+        diagnose(replace(gravity_set, trials=(short, *others[:2])))
+
+
+def test_noise_below_what_the_simulation_resolves_counts_as_that(gravity_set: GapDataset) -> None:
+    """With 1e-6 N, as a simulated set may state it, no fit counted as stable; covariances were not symmetric."""
+    quality = assess_dataset(gravity_set)
+    exact = replace(quality, noise=replace(quality.noise, std=1e-6))
+    observations = observe(gravity_set, exact)
+    assert 1e-4 < observations.noise.std < 1e-2
+    fitted = fit_nominal(observations)
+    assert np.isfinite(fitted.objective)
+    deviation = np.sqrt(np.diag(fitted.covariance))
+    correlation = fitted.covariance / deviation / deviation[:, None]
+    assert correlation == pytest.approx(correlation.T, abs=1e-9)
+    assert np.linalg.eigvalsh(correlation).min() > -1e-9
+
+
 @pytest.mark.parametrize(
     ("conditions", "corners"),
     [
@@ -158,6 +216,17 @@ def test_a_damaged_model_file_is_named(diagnosed: Diagnosis, tmp_path: Path, cha
     path.write_text(json.dumps(content))
     with pytest.raises(InputError, match=word):
         read_model(path)
+
+
+def test_corners_may_miss_the_tried_range_by_rounding(diagnosed: Diagnosis, tmp_path: Path) -> None:
+    """Pretensions of 110 N and of 1.1 * 100 N have no area: the ends of a line are left, of which none is largest."""
+    v_e, f_p = np.array([0.1, 0.2, 0.3]), np.array([110.0, 1.1 * 100, 110.0])
+    corners = _corners(v_e, f_p)
+    assert max(f for _, f in corners) < f_p.max()
+    tried = {"corners": corners, "v_range": (0.1, 0.3), "f_p_range": (110.0, float(f_p.max()))}
+    path = tmp_path / "model.json"
+    path.write_text(write_model(gap_model(diagnosed).model_copy(update=tried)))
+    assert read_model(path).corners == corners
 
 
 def test_predictions_end_with_contact_and_carry_uncertainty(diagnosed: Diagnosis) -> None:

@@ -2,13 +2,16 @@
 
 from dataclasses import replace
 
+import jax
 import numpy as np
+import pytest
 
-from acf_jax.dataset import Measurement
+from acf_jax.dataset import Measurement, Prior, RigPrior
 from acf_jax.diagnosis.fit import fit
 from acf_jax.diagnosis.forward import Grid, forward
 from acf_jax.diagnosis.plan import imagine
 from acf_jax.diagnosis.sample import at_times
+from acf_jax.model import Impact, Rig, contact_force
 from tests.diagnosis.imagined import CONDITIONS, NOISE, RATE, RIG
 
 TAU, ZETA = 3e-5, 0.8  # s, a third of a sampling interval
@@ -30,3 +33,16 @@ def test_a_short_lag_is_fitted_where_contact_begins_between_samples() -> None:
     found = fit(observations, ("sensor_lag",), np.array([*RIG.values, 1e-4, 0.8, 0.0]))
     assert 2 * found.objective < 1.1 * observations.n_used
     assert abs(found.theta[4] / TAU - 1) < 0.5
+
+
+@pytest.mark.parametrize("zeta", [0.0, 3.0, 15.0, 40.0])
+def test_a_damper_of_any_strength_is_resolved(zeta: float) -> None:
+    """From a damping ratio of 14 on the simulation was unstable, and `plan` ended in a traceback."""
+    m, k_c = 0.5, 1e5
+    rig = RigPrior(Prior(m, 0.01), Prior(2 * zeta * np.sqrt(m * k_c), 1.0), Prior(0.0, 1.0), Prior(k_c, 1e3))
+    found = imagine(rig, Measurement(), CONDITIONS[:2], RATE, NOISE)
+    exact = jax.vmap(contact_force, (None, None, 0))
+    for i, (v_e, f_p) in enumerate(zip(found.v_e, found.f_p, strict=True)):
+        used = found.used[i]
+        expected = exact(Rig(*rig.values), Impact(v_e, f_p), found.time[i, used])
+        assert found.force[i, used] == pytest.approx(np.maximum(expected, 0.0), rel=2e-3)

@@ -5,9 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from acf_jax.dataset import Noise, Prior, RigPrior
+from acf_jax.dataset import Measurement, Noise, Prior, RigPrior
+from acf_jax.diagnosis.fit import fit
+from acf_jax.diagnosis.forward import Grid, forward
 from acf_jax.diagnosis.observe import TRIGGER, Observations
+from acf_jax.diagnosis.plan import imagine
+from acf_jax.diagnosis.sample import at_times, peak_of
 from acf_jax.diagnosis.trigger import trigger_scatter
+from tests.diagnosis.imagined import CONDITIONS, RATE
 
 RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
 INTERVAL, SPREAD, NOISE = 2e-4, 0.005, 1.0  # s, relative, N
@@ -63,3 +68,31 @@ def test_a_faulty_repeat_does_not_make_triggers_look_exact() -> None:
     force = o.force.copy()
     force[4] *= 0.5
     assert trigger_scatter(replace(o, force=force)) > 0.3
+
+
+def test_a_delay_that_all_triggers_share_is_found_beside_many_peaks() -> None:
+    """Peaks have no sampling interval: with theirs as the usual one, the delay looked like a lag of the sensor."""
+    plain = replace(imagine(RIG, Measurement(), CONDITIONS, RATE, NOISE), trigger_std=0.02)
+    grid, late = Grid(2e-5, 1000), 0.2 / RATE
+    forces = forward((), RIG.values, plain.v_e, plain.f_p, grid)
+    readings = np.array(
+        [
+            at_times(f, t - late, grid.h, c)
+            for f, t, c in zip(forces.sensed, plain.time, forces.contact, strict=True)
+        ]
+    )
+    peak_only = np.arange(len(plain.names)) < 8
+    readings[peak_only, 0] = [
+        peak_of(f, grid.h, c)[0]
+        for f, c in zip(forces.sensed[peak_only], forces.contact[peak_only], strict=True)
+    ]
+    first = np.arange(readings.shape[1]) == 0
+    observations = replace(
+        plain,
+        force=readings,
+        used=plain.used & (first | ~peak_only[:, None]),
+        peak_only=peak_only,
+        interval=np.where(peak_only, 0.0, plain.interval),
+    )
+    found = fit(observations, (), np.append(RIG.values, 0.0))
+    assert 0.5 * late < found.theta[-1] < 1.5 * late

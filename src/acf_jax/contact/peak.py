@@ -106,11 +106,13 @@ class Simulated(AbstractPeak):
         if self.credits_stiffness():
             rig = Rig(rig.m, rig.d, rig.k_f, series_stiffness(rig.k_c, body))
         stiffest = jnp.sqrt((rig.k_f + rig.k_c) * (1 / rig.m + body.mobility))
-        h = jnp.maximum(jnp.minimum(self.longest_step, STEP_PER_RADIAN / stiffest), LONGEST / (SAMPLES - 4))
+        # within the decay of a strong damper, as `step_for`: a longer step takes its jump for a peak
+        fastest = jnp.maximum(stiffest, STEP_PER_RADIAN * rig.d / rig.m)
+        h = jnp.maximum(jnp.minimum(self.longest_step, STEP_PER_RADIAN / fastest), LONGEST / (SAMPLES - 4))
         recoil = Recoil(jnp.asarray(body.mobility))
         effects = [*effects, recoil]
         found = largest_force(rig, Impact(z[-2], z[-1]), effects, jax.lax.stop_gradient(h), LONGEST, which)
-        return found._replace(exists=found.exists & (stiffest * h <= COARSEST))
+        return found._replace(exists=found.exists & (fastest * h <= COARSEST))
 
     def credits_stiffness(self) -> bool:
         return all(component_of(name) != "contact" for name in self.effects)

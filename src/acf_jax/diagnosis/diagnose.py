@@ -38,6 +38,7 @@ ONE_CONDITION = (
     "all trials were made at one condition: how far the gap shrinks elsewhere cannot be told;"
     " add trials at another contact velocity"
 )
+NOT_COMPARED = "its trace holds nothing to compare: no impact, or its end, lies behind first contact"
 HOPEFUL = 0.7  # where the interval of the shrinkage reaches it, the explanation is not doubted
 
 
@@ -94,6 +95,9 @@ def diagnose(
     quality = assess_dataset(dataset)
     observations = with_scatter(observe(dataset, quality))
     excluded = dict(quality.excluded)
+    for trial in dataset.trials:
+        if trial.name not in observations.names:
+            excluded.setdefault(trial.name, NOT_COMPARED)
     effects = [name for name in library() if name not in without]
     recalibrated, fits = fit_all(observations, effects, progress)
     left_out = outliers(observations, [recalibrated, *fits])

@@ -84,8 +84,7 @@ def _distance(
     difference = np.sqrt(REPEATS) * (lines[0].residual - lines[1].residual)[0]
     columns = [lines[0].by_own[0].T]
     for x, line in zip(fits, lines, strict=True):
-        root = np.linalg.cholesky(x.misfit * np.linalg.inv(x.hessian))
-        columns.append(np.sqrt(REPEATS) * line.by_parameter[0].T @ root)
+        columns.append(np.sqrt(REPEATS) * line.by_parameter[0].T @ x.root)
     spread = np.concatenate(columns, axis=1)
     inner = np.linalg.solve(spread.T @ spread + np.eye(spread.shape[1]), spread.T @ difference)
     return float(np.sqrt(max(0.0, difference @ difference - (spread.T @ difference) @ inner)))

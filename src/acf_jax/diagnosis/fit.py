@@ -23,11 +23,13 @@ COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it i
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 ITERATIONS = 40  # of a fit, at most
 TOLERANCE = 1e-5  # share of the objective that an iteration has to gain
+PRIOR_CURVATURE = 1.0  # of the objective by the priors alone; less of it is rounding
 STIFFEST = 1e4  # damping at which a step is too small to matter
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 TOWARDS_BOUND = (
     0.9  # share of the way to a bound that a step goes at most: an effect of no strength has no slope
 )
+NO_INTERVAL = 1e-6  # s, in place of a sampling interval where peaks are all there is
 AT_BOUND = 1e-3  # prior standard deviations from a bound, from which on a step may end there
 
 
@@ -52,10 +54,16 @@ class Fit:
         return self.coordinates.value(self.u)
 
     @property
+    def root(self) -> np.ndarray:
+        """(p, p) R with R R' the covariance in u, widened by the misfit that the noise does not explain."""
+        curvature, vectors = np.linalg.eigh(self.hessian)
+        return np.asarray(vectors * np.sqrt(self.misfit / np.maximum(curvature, PRIOR_CURVATURE)))
+
+    @property
     def covariance(self) -> np.ndarray:
-        """(p, p) of the parameters in SI units, widened by the misfit that the noise does not explain."""
-        slope = self.coordinates.slope(self.u)
-        return np.asarray(self.misfit * slope[:, None] * np.linalg.inv(self.hessian) * slope)
+        """(p, p) of the parameters in SI units."""
+        root = self.coordinates.slope(self.u)[:, None] * self.root
+        return root @ root.T
 
     @property
     def misfit(self) -> float:
@@ -69,18 +77,22 @@ class Fit:
         return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
 
 
+def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
+    """The longest step, s, of a simulation of a rig: a share of a radian, within the decay of a strong damper."""
+    return float(1 / max(np.sqrt((k_f + k_c) / m) / STEP_PER_RADIAN, d / m))
+
+
 def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     """A grid fine enough for the rig and for a sensor with dynamics, and long enough for every trial."""
-    m, _, k_f, k_c = observations.prior.values
-    omega = np.sqrt((k_f + k_c) / m)
+    prior = observations.prior
     latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
     end = float(latest[observations.used].max())
-    interval = observations.interval[observations.interval > 0].min(initial=np.inf)
+    interval = observations.intervals.min(initial=np.inf)
     if observations.peak_only.any():
-        end = max(end, PEAK_WITHIN / omega)
+        end = max(end, PEAK_WITHIN / np.pi * prior.impact_time)
     sampled = _stride(explanation) * interval
     longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
-    h = max(min(STEP_PER_RADIAN / omega, longest), end / (SAMPLES - BEYOND - 2))
+    h = max(min(step_for(*prior.values), longest), end / (SAMPLES - BEYOND - 2))
     return Grid(h, int(np.ceil(end / h)) + BEYOND)
 
 
@@ -252,9 +264,8 @@ def fit(
 
     **Returns:** a `Fit`; stops after two iterations that gain less than the share `tolerance` of the objective.
     """
-    at = coordinates(
-        observations.prior, explanation, COMMON_TRIGGER * max(float(np.median(observations.interval)), 1e-6)
-    )
+    interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_INTERVAL
+    at = coordinates(observations.prior, explanation, COMMON_TRIGGER * interval)
     u = np.clip(at.coordinate(start), at.low, at.high)
     own = np.zeros((len(observations.names), N_OWN)) if own is None else own
     grid = grid_for(observations, explanation)._replace(pull=0.0 if warm else 1.0)

@@ -106,7 +106,6 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
     relative = held.peak / held.measured_peak - 1
     noise = o.noise.std / held.measured_peak
     form = float(np.sqrt(max(0.0, np.median(relative**2) / 0.455 - np.median(noise**2))))
-    interval = o.interval[o.interval > 0]
     return GapModel(
         schema=SCHEMA,
         description=d.dataset.description,
@@ -116,7 +115,7 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         alternatives=tuple(variant(f, of[f.explanation]) for f in standing),
         peak_form_error=form,
         step_s=min(f.grid.h for f in (d.corrected, *standing)),
-        sample_rate_hz=float(1 / np.median(interval)) if interval.size else 10e3,
+        sample_rate_hz=float(1 / np.median(o.intervals)) if o.intervals.size else 10e3,
         v_range=(float(o.v_e.min()), float(o.v_e.max())),
         f_p_range=(float(o.f_p.min()), float(o.f_p.max())),
         corners=_corners(o.v_e, o.f_p),
@@ -159,7 +158,8 @@ def check_model(path: Path, content: dict[str, Any]) -> GapModel:
     for k, alternative in enumerate(model.alternatives):
         faults += _faults(path, f"alternatives.{k}", alternative)
     ends = [(min(axis), max(axis)) for axis in zip(*model.corners, strict=True)]
-    if model.corners and ends != [model.v_range, model.f_p_range]:
+    tried = [model.v_range, model.f_p_range]
+    if model.corners and not np.allclose(ends, tried, rtol=ROUNDING, atol=0):
         faults.append(f"{path}: corners: must span v_range and f_p_range; write it anew with `diagnose`")
     if faults:
         raise InputError(faults)

@@ -17,6 +17,7 @@ ONSET = (
 )
 TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the common one, in sampling intervals
 SHARED_SIZE = 64  # whitening matrices are kept for lengths that are multiples of it
+SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
 
@@ -51,6 +52,11 @@ class Observations:
         """(trials, n) the compared samples that are of a trace."""
         return self.used & ~self.peak_only[:, None]
 
+    @property
+    def intervals(self) -> np.ndarray:
+        """(traces,) sampling intervals, s."""
+        return self.interval[~self.peak_only]
+
     def subset(self, keep: np.ndarray) -> "Observations":
         """The trials for which `keep` is true."""
         index = np.flatnonzero(keep)
@@ -72,19 +78,23 @@ class _Row(NamedTuple):
 def observe(dataset: GapDataset, quality: Quality) -> Observations:
     """What of a data set is compared: the impact phase of each sound trial, or its peak where there is no trace.
 
+    Left out is a trial of which neither can be: its trace shows no impact, or nothing behind first contact.
+
     **Raises:** `InputError` when fewer than three trials show an impact.
     """
     numbers = {condition: k for k, condition in enumerate(dataset.conditions)}
-    chosen = [i for i in quality.used if quality.trials[i].phase or dataset.trials[i].peak_force is not None]
-    if len(chosen) < LEAST_TRIALS:
-        raise InputError(
-            f"{dataset.folder / 'trials.csv'}: only {len(chosen)} trials show an impact, {LEAST_TRIALS} are needed:"
-            " check that time 0 is first contact and that force is positive in contact"
-        )
-    trials = [dataset.trials[i] for i in chosen]
     longest = LONGEST / np.pi * dataset.rig.impact_time
-    rows = [_row(dataset.trials[i], quality.trials[i], quality.noise.offset, longest) for i in chosen]
+    looks = [(dataset.trials[i], quality.trials[i]) for i in quality.used]
+    compared = [(trial, _row(trial, look, quality.noise.offset, longest)) for trial, look in looks]
+    compared = [(trial, row) for trial, row in compared if row.time.size]
+    trials, rows = [trial for trial, _ in compared], [row for _, row in compared]
+    if len(trials) < LEAST_TRIALS:
+        raise InputError(
+            f"{dataset.folder / 'trials.csv'}: only {len(trials)} trials show an impact, {LEAST_TRIALS} are needed:"
+            " check that time 0 is first contact, that traces go on behind it, and that force is positive in contact"
+        )
     n = max(len(row.time) for row in rows)
+    largest = max(float(row.force.max()) for row in rows)
 
     def padded(arrays: list[np.ndarray]) -> np.ndarray:
         return np.stack([np.pad(a, (0, n - len(a))) for a in arrays])
@@ -100,14 +110,15 @@ def observe(dataset: GapDataset, quality: Quality) -> Observations:
         peak_only=np.array([row.peak_only for row in rows]),
         interval=np.array([row.interval for row in rows]),
         rel_std=(dataset.measurement.contact_velocity_rel_std, dataset.measurement.pretension_rel_std),
-        noise=quality.noise,
+        noise=replace(quality.noise, std=max(quality.noise.std, SIMULATED * largest)),
         prior=dataset.rig,
     )
 
 
 def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Row:
     if trial.trace is None or look.phase is None:
-        return _Row(np.zeros(1), np.array([trial.peak_force], float), 0.0, True)
+        peak = np.array([] if trial.peak_force is None else [trial.peak_force])
+        return _Row(np.zeros_like(peak), peak, 0.0, True)
     interval = float(np.median(np.diff(trial.trace.time)))
     late = interval * round((look.trigger_offset or 0.0) / interval)
     part = slice(look.phase.start, look.phase.stop)

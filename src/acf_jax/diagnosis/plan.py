@@ -3,7 +3,7 @@
 import numpy as np
 
 from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
-from acf_jax.diagnosis.fit import STEP_PER_RADIAN, fit
+from acf_jax.diagnosis.fit import fit, step_for
 from acf_jax.diagnosis.forward import SAMPLES, Grid, forward
 from acf_jax.diagnosis.observe import LONGEST, ONSET, Observations
 from acf_jax.diagnosis.sample import at_times, first_loss
@@ -36,12 +36,9 @@ def imagine(
     noise_std: float,
 ) -> Observations:
     """Noise-free trials of the paper's model, as they would be compared."""
-    omega = np.pi / rig.impact_time
-    end = LONGEST / omega
-    grid = Grid(
-        max(STEP_PER_RADIAN / omega, end / (SAMPLES - 4)),
-        min(SAMPLES - 1, int(end * omega / STEP_PER_RADIAN) + 3),
-    )
+    end = LONGEST / np.pi * rig.impact_time
+    h = max(step_for(*rig.values), end / (SAMPLES - 4))
+    grid = Grid(h, min(SAMPLES - 1, int(end / h) + 3))
     v_e = np.array([t.contact_velocity for t in conditions])
     f_p = np.array([t.pretension for t in conditions])
     forces = forward((), rig.values, v_e, f_p, grid)

@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import STEP_PER_RADIAN
+from acf_jax.diagnosis.fit import step_for
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, reach_of
 from acf_jax.diagnosis.model_file import GapModel, Variant
 from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
@@ -78,9 +78,7 @@ def tried_reach(model: GapModel, v: Variant) -> float:
 
 
 def _grid(model: GapModel, v: Variant) -> Grid:
-    m, _, k_f, k_c = v.theta[: len(RIG)]
-    omega = np.sqrt((k_f + k_c) / m)
-    h = max(min(model.step_s, STEP_PER_RADIAN / omega), LONGEST / (SAMPLES - 4))
+    h = max(min(model.step_s, step_for(*v.theta[: len(RIG)])), LONGEST / (SAMPLES - 4))
     return Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1))
 
 

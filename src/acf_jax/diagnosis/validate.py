@@ -71,6 +71,9 @@ def _predict_unseen(
         linearise, left, fitted.explanation, fitted.coordinates, u, grid=fitted.grid, reach=reach
     )
     linear = predict(own)
+    if not linear.is_sound:  # a free curve goes astray there: it predicts no force at all
+        nothing = np.where(left.used, left.force, 0.0), np.where(left.used, o.noise.std**2, 0.0)
+        return *nothing, np.zeros(len(left.names))
     # when the recording was triggered is no model's business: each trial is shifted to where it fits best
     timing = linear.by_own[:, TIMING]
     shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)

@@ -1,6 +1,6 @@
 """Where the gap lies: in which phase of the contact, and in which conditions."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class ConditionGap:
 
     v_e: float
     f_p: float
-    excess_rms_n: float | None  # None without traces
+    excess_rms_n: float | None  # None where no trial has a trace
     share: float
     phases: dict[str, float]  # excess squared residual of each phase over that of all trials
 
@@ -50,40 +50,23 @@ def gap_map(observations: Observations, recalibrated: Fit, held: HeldOut) -> Gap
         name: np.where((relative >= low) & (relative < high), excess, 0.0).sum(1)
         for name, (low, high) in PHASES.items()
     }
-    if o.peak_only.all():
-        squared = (held.peak - held.measured_peak) ** 2
-        rows = [_condition(o, c, squared, None, {}) for c in np.unique(o.condition)]
-        total = sum(row[1] for row in rows) or 1.0
-        named = [_named(o, *row, total) for row in rows]
-        return GapMap(dict.fromkeys(PHASES), tuple(replace(gap, excess_rms_n=None) for gap in named))
     total_phase = {name: max(0.0, float(values.sum())) for name, values in by_phase.items()}
     all_phases = sum(total_phase.values())
     if all_phases <= 0:
         phase: dict[str, float | None] = dict.fromkeys(PHASES)
     else:
         phase = {name: value / all_phases for name, value in total_phase.items()}
-    rows = [_condition(o, c, excess.sum(1), o.used.sum(1), by_phase) for c in np.unique(o.condition)]
-    total = sum(max(0.0, row[1]) for row in rows) or 1.0
-    return GapMap(phase, tuple(_named(o, *row, total) for row in rows))
+    # of peaks alone, what they miss; beside traces a peak says too little to compare
+    peaks_alone = bool(o.peak_only.all())
+    of_trial = (held.peak - held.measured_peak) ** 2 if peaks_alone else excess.sum(1)
+    groups = [np.flatnonzero(o.condition == c) for c in np.unique(o.condition)]
+    total = sum(max(0.0, float(of_trial[here].sum())) for here in groups) or 1.0
 
+    def at(here: np.ndarray) -> ConditionGap:
+        value, samples = max(0.0, float(of_trial[here].sum())), int(o.traced[here].sum())
+        rms = float(np.sqrt(value / samples)) if samples else None
+        parts = {} if peaks_alone else by_phase
+        shares = {name: max(0.0, float(part[here].sum())) / total for name, part in parts.items()}
+        return ConditionGap(float(o.v_e[here[0]]), float(o.f_p[here[0]]), rms, value / total, shares)
 
-def _condition(
-    o: Observations,
-    condition: int,
-    excess: np.ndarray,
-    samples: np.ndarray | None,
-    by_phase: dict[str, np.ndarray],
-) -> tuple[int, float, float, dict[str, float]]:
-    here = o.condition == condition
-    count = here.sum() if samples is None else samples[here].sum()
-    value = float(excess[here].sum())
-    rms = float(np.sqrt(max(0.0, value) / max(count, 1)))
-    return condition, value, rms, {name: float(values[here].sum()) for name, values in by_phase.items()}
-
-
-def _named(
-    o: Observations, condition: int, value: float, rms: float, phases: dict[str, float], total: float
-) -> ConditionGap:
-    first = int(np.flatnonzero(o.condition == condition)[0])
-    shares = {name: max(0.0, part) / total for name, part in phases.items()}
-    return ConditionGap(float(o.v_e[first]), float(o.f_p[first]), rms, max(0.0, value) / total, shares)
+    return GapMap(phase, tuple(map(at, groups)))

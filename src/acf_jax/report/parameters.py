@@ -25,8 +25,8 @@ def parameter_table(diagnosis: Diagnosis) -> Html:
     """Every parameter of the corrected model."""
     d = diagnosis
     fitted = d.corrected
-    std_u = np.sqrt(np.diag(np.linalg.inv(fitted.hessian)))
-    wide_u = np.sqrt(fitted.misfit) * std_u  # as in diagnosis.json
+    wide_u = np.sqrt((fitted.root**2).sum(1))  # as in diagnosis.json
+    std_u = wide_u / np.sqrt(fitted.misfit)
     std = np.abs(fitted.coordinates.slope(fitted.u)) * wide_u
     rows = [
         (
