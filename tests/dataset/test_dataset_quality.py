@@ -378,6 +378,16 @@ def test_one_faulty_trial_among_hundreds():
     assert list(assess_dataset(dataset).excluded) == [many[123].name]
 
 
+def test_repeats_of_two_pretensions_under_one_label_are_told():
+    """Half of the trials had 60 N, half 100 N, and nobody wrote it down: too many to call them faulty."""
+    mixed = [made_up(0, repeats=1, conditions=[(v, f_p) for v, _ in CONDITIONS]) for f_p in (60.0, 100.0)]
+    trials = [replace(t, name=f"{k}-{t.name}", pretension=60.0) for k in (0, 1) for t in mixed[k].trials]
+    warnings = assess_dataset(replace(mixed[0], trials=tuple(trials))).warnings
+    assert any("repeats at 0.05 m/s and 60 N peak between" in w and "check velocity" in w for w in warnings)
+    for seed in range(20):
+        assert not any("repeats at" in w for w in assess_dataset(made_up(seed, repeats=3)).warnings)
+
+
 def test_a_fault_that_all_trials_of_a_condition_share_is_the_rig():
     dataset = made_up(0)
     group = max(dataset.conditions.values(), key=len)

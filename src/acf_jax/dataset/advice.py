@@ -7,6 +7,8 @@ from acf_jax.dataset.noise import Approach, Noise, approach_samples
 from acf_jax.dataset.phase import NEGATIVE, ImpactPhase
 from acf_jax.dataset.trials import GapDataset
 
+FARTHEST = 8.0  # standard deviations that peaks of one condition may lie apart
+
 
 def noise_warnings(
     dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str], least: float
@@ -108,6 +110,28 @@ def trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise: 
     again = [t.name for t in kept if t.phase and t.phase.second_contact is not None]
     if again:
         warnings.append(f"the flange rebounds and touches a second time in {named(again)}")
+    return warnings
+
+
+def repeat_warnings(
+    dataset: GapDataset, trials: list[TrialQuality], excluded: dict[str, str], noise: Noise
+) -> list[str]:
+    """Of trials of one condition whose peaks lie farther apart than their scatter and the noise let them."""
+    scatter = dataset.measurement.contact_velocity_rel_std + dataset.measurement.pretension_rel_std
+    warnings = []
+    for (velocity, pretension), group in dataset.conditions.items():
+        looks = [
+            (dataset.trials[i].peak_force, trials[i].phase) for i in group if trials[i].name not in excluded
+        ]
+        peaks = [phase.peak_force if phase else peak for peak, phase in looks]
+        known = [peak for peak in peaks if peak is not None]
+        low, high = min(known, default=0.0), max(known, default=0.0)
+        if high - low > FARTHEST * (scatter * high + noise.std):
+            warnings.append(
+                f"repeats at {velocity:g} m/s and {pretension:g} N peak between {low:.4g} and {high:.4g} N, farther"
+                " apart than scatter and noise let them: check velocity and pretension of each in trials.csv;"
+                " else a limit is only just reached there, or the rig does not repeat"
+            )
     return warnings
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from acf_jax.dataset.advice import named, noise_warnings, trial_warnings
+from acf_jax.dataset.advice import named, noise_warnings, repeat_warnings, trial_warnings
 from acf_jax.dataset.consistency import compare
 from acf_jax.dataset.look import TrialQuality, assess
 from acf_jax.dataset.noise import (
@@ -67,7 +67,8 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     constant = zip(sound, constant_approaches(traces), strict=True)
     still = [look.name for (_, look), is_still in constant if is_still and look.approach]
     of_noise = noise_warnings(dataset, noise, approach, still, least)
-    warnings = shared + of_noise + trial_warnings(together, excluded, noise)
+    of_repeats = repeat_warnings(dataset, together, excluded, noise)
+    warnings = shared + of_noise + trial_warnings(together, excluded, noise) + of_repeats
     return Quality(noise, tuple(together), excluded, tuple(warnings))
 
 
