@@ -105,7 +105,8 @@ def read_yaml_mapping(path: Path) -> dict[str, Any]:
         # PyYAML's constructors on a date, a number or a tag that does not exist
         raise InputError(f"{path}: is not valid YAML ({error}); correct the YAML") from None
     if not isinstance(value, dict):
-        raise InputError(f"{path}: must hold `key: value` pairs, but holds {type(value).__name__}")
+        what = "nothing" if value is None else f"a {type(value).__name__}"
+        raise InputError(f"{path}: must hold `key: value` pairs, but holds {what}; write a pair a line")
     return value
 
 

@@ -77,6 +77,17 @@ def test_a_sensors_error_leaves_the_contact_force_alone() -> None:
     assert a == pytest.approx(b, rel=1e-12)
 
 
+def test_an_ambiguous_diagnosis_says_how_many_explanations_count() -> None:
+    other = variant(("coulomb_friction",), (8.0,), 0.1)
+    models = [gap_model(), gap_model(alternatives=(other,))]
+    doubts = [of_diagnosis(m.model_copy(update={"verdict": "ambiguous"})).doubt for m in models]
+    assert doubts == [
+        "the diagnosis is ambiguous: the first explanation alone counts here",
+        "the diagnosis is ambiguous: 2 explanations stand",
+    ]
+    assert of_diagnosis(models[0]).doubt == ""
+
+
 def test_simulated_body_recoils_as_the_equations_say() -> None:
     rig = dict(zip(("m", "d", "k_f", "k_c"), (1.9, 60.0, 800.0, 8e4), strict=True))
     model = of_diagnosis(gap_model((), ()))

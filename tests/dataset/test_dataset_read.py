@@ -38,6 +38,13 @@ def scale(path: Path, column: int, factor: float) -> None:
     path.write_text("\n".join([header, *(",".join(row) for row in cells)]) + "\n")
 
 
+def test_a_rig_may_repeat_without_scatter(folder):
+    path = folder / "dataset.yaml"
+    path.write_text(path.read_text() + "  contact_velocity_rel_std: 0\n  pretension_rel_std: 0.0\n")
+    measurement = read_dataset(folder).measurement
+    assert (measurement.contact_velocity_rel_std, measurement.pretension_rel_std) == (0.0, 0.0)
+
+
 def test_reads_what_was_written(folder):
     dataset = read_dataset(folder)
     assert isinstance(dataset, GapDataset)
@@ -124,7 +131,11 @@ DESCRIPTION_FAULTS = [
     ("force_noise_std_n: 1.0", "force_noise_std_n: -1.0", ": measurement.force_noise_std_n"),
     ("force_noise_std_n: 1.0", "force_noise: 1.0", "did you mean 'force_noise_std_n'?"),
     ("force_noise_std_n: 1.0", "pretension_rel_std: 0.4", "if it is in percent, divide by 100"),
-    ("force_noise_std_n: 1.0", "pretension_rel_std: 0.0", ": measurement.pretension_rel_std"),
+    (
+        "force_noise_std_n: 1.0",
+        "pretension_rel_std: -0.1",
+        "must be at least 0, but is -0.1; give it as a share",
+    ),
     ("rig:", "rig: [", "dataset.yaml line"),
     ("description: made up", "description: a\ndescription: b", "'description' is given twice"),
     ("description: made up", "description: 2024-13-45", "dataset.yaml"),

@@ -56,7 +56,12 @@ class ContactModel(eqx.Module):
     def doubt(self) -> str:
         """What the verdict of the diagnosis behind it takes from every answer; empty where it takes nothing."""
         if self.verdict == "ambiguous":
-            return f"the diagnosis is ambiguous: {1 + len(self.others)} explanations stand"
+            many = (
+                f"{1 + len(self.others)} explanations stand"
+                if self.others
+                else "the first explanation alone counts here"
+            )
+            return f"the diagnosis is ambiguous: {many}"
         return {
             "unknown": "the diagnosis found no known cause: a curve fitted freely stands in for it",
             "insufficient_data": "the diagnosis had too little data to answer",

@@ -17,7 +17,7 @@ from acf_jax.dataset.trials import Prior, RigPrior, Trace, Trial
 class Limit:
     """The range that a quantity can lie in, and the likely slip on either side."""
 
-    unit: str
+    unit: str  # empty for a share
     low: float
     high: float
     too_low: str = ""
@@ -25,14 +25,15 @@ class Limit:
 
     def fault(self, value: float) -> str | None:
         """Why `value` cannot be right, with the remedy; None when it can."""
+        unit = f" {self.unit}" if self.unit else ""
+        usual = f"give it in {self.unit}" if self.unit else "give it as a share"
         if not math.isfinite(value):
-            return f"must be a finite number, but is {value}; give it in {self.unit}"
+            return f"must be a finite number, but is {value}; {usual}"
         if value < self.low:
-            hint = f"; {self.too_low}" if self.too_low and value > 0 else f"; give it in {self.unit}"
-            return f"must be at least {self.low:g} {self.unit}, but is {value:g}{hint}"
+            remedy = self.too_low if self.too_low and value > 0 else usual
+            return f"must be at least {self.low:g}{unit}, but is {value:g}; {remedy}"
         if value > self.high:
-            hint = f"; {self.too_high}" if self.too_high else f"; give it in {self.unit}"
-            return f"must be at most {self.high:g} {self.unit}, but is {value:g}{hint}"
+            return f"must be at most {self.high:g}{unit}, but is {value:g}; {self.too_high or usual}"
         return None
 
 
@@ -47,7 +48,7 @@ PRETENSION = Limit("N", 0.0, 5e3, too_high="if it is in gf, multiply by 0.0098, 
 PEAK_FORCE = Limit("N", 0.1, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
 FORCE_LIMIT = Limit("N", 1.0, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
 FORCE_NOISE = Limit("N", 1e-6, 1e3, too_high="if it is in mN, divide by 1000")
-RELATIVE_STD = Limit("(a share)", 1e-6, 0.25, too_high="if it is in percent, divide by 100")
+RELATIVE_STD = Limit("", 0.0, 0.25, too_high="if it is in percent, divide by 100")
 
 # By the names of the commands' files and options.
 QUANTITIES = {

@@ -48,5 +48,5 @@ def _hint(owner: Any, name: str) -> str:
 def _remedy(owner: Any) -> str:
     names = getattr(owner, "name", None)
     if isinstance(names, list):
-        return f"name one of its joints as velocity[NAME]: {some(names)}"
+        return f"name a joint that moves along the contact as velocity[NAME]: {some(names)}; or take another topic"
     return "name one such as wrench.force.z"
