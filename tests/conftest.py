@@ -5,6 +5,7 @@ It is not optimised: the tests compile more than they compute.
 """
 
 import os
+import signal
 
 os.environ.setdefault("XLA_FLAGS", "--xla_backend_optimization_level=0")
 
@@ -14,3 +15,7 @@ from acf_jax.start import start_jax
 
 start_jax()
 jax.config.update("jax_numpy_rank_promotion", "raise")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # A shell starts what runs in its background so, and every process of these tests would inherit it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
