@@ -33,9 +33,7 @@ class Case:
     setup: Setup
     causes: dict[str, AbstractCause]
     sizes: dict[str, float]
-    distance: (
-        float  # whitened, over the trials as they happened but for a faulty one: `acf_jax.worlds.distance`
-    )
+    distance: float  # whitened, of the sound trials as they happened: see `acf_jax.worlds.distance`
     outside_library: bool
     trials: tuple[Trial, ...]
     held_out: tuple[Trial, ...]  # noise-free
@@ -78,8 +76,8 @@ def make_case(
     drawn = bool(rng.random() < 0.2)
     setup = draw_setup(rng, drawn if coloured is None else coloured)
     seeds = [int(s) for s in rng.integers(2**31, size=len(effects))]
-    # Without causes all worlds agree, and this one is the fastest.
-    tangents = Tangents(find_world("scipy"), setup) if effects else None
+    plain = find_world("scipy")  # without causes all worlds agree, and this one is the fastest
+    tangents = Tangents(plain, setup) if effects and target is not None else None
     sizes = {
         name: (1.0 if size is None else size)
         if target is None
@@ -98,7 +96,7 @@ def make_case(
         setup=setup,
         causes=causes,
         sizes=sizes,
-        distance=distance(engine, seen, list(causes.values())) if causes else 0.0,
+        distance=distance(engine, seen, list(causes.values()), Tangents(plain, seen)) if causes else 0.0,
         outside_library=bool(set(effects) & set(engine.causes("beyond"))),
         trials=trials,
         held_out=_record_held_out(engine, setup, list(causes.values())),
