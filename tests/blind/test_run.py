@@ -88,6 +88,22 @@ def test_a_damaged_diagnosis_is_refused_before_the_answers_are_opened(run, tmp_p
     assert "trials.csv: &lt;b&gt;no rows&lt;/b&gt;" in (results / "score.html").read_text()
 
 
+def test_data_changed_after_their_diagnosis_are_refused(run, tmp_path):
+    """Neither an old diagnosis of other data nor the old fault of mended ones is scored."""
+    shutil.copytree(run[0], tmp_path / "run")
+    sets, results = tmp_path / "run" / "sets", tmp_path / "run" / "results"
+    score = ("score", str(sets), "--out", str(results), "--workers", "1")
+    table = sets / "case-001" / "trials.csv"
+    whole = table.read_text()
+    table.write_text("\n".join(whole.splitlines()[:-1]) + "\n")
+    with pytest.raises(InputError, match=r"case-001: was changed after its diagnosis; remove .*case-001"):
+        refused(*score)
+    table.write_text(whole)
+    (results / "case-001" / campaign.SOURCE).write_text(campaign.UNREADABLE)
+    with pytest.raises(InputError, match="case-001: was changed"):
+        refused(*score)
+
+
 def test_held_out_conditions_that_a_trial_had_are_not_scored(run, tmp_path):
     from acf_jax.blind.score import _held_out
 

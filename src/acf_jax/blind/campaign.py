@@ -8,16 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from acf_jax.blind.answer import DIAGNOSIS
 from acf_jax.blind.plan import WEAK, Order, draw_plan
 from acf_jax.blind.seal import SEAL, seal_answers
 from acf_jax.dataset import GapDataset, data_sets, read_dataset
 from acf_jax.errors import InputError, shown
-from acf_jax.files import read_json_mapping, read_yaml_mapping, write_text
+from acf_jax.files import read_json_mapping, read_text, read_yaml_mapping, write_text
 from acf_jax.folders import read_folder, write_folder
 from acf_jax.workers import Where, run_all
 
 WITHHELD = "withheld.json"  # the effects that a diagnosis shall not know, by data set
 RUN = "run.json"  # what a run was started with
+SOURCE = "source.txt"  # of which data a diagnosis was made, beside it
+UNREADABLE = "data that cannot be read"
 SHOWN = 8  # data sets that are named where many fail
 
 Report = Callable[[str, int, int], None]
@@ -87,7 +90,11 @@ def _make_one(order: Order) -> tuple[Files, str]:
 
 
 def diagnose_all(folder: Path, results: Path, where: Where, report: Report) -> list[str]:
-    """Diagnose every data set of `folder` that has no diagnosis in `results` yet; returns their names."""
+    """Diagnose every data set of `folder` that has no diagnosis in `results` yet; returns their names.
+
+    Raises:
+        InputError: where data were changed after their diagnosis, or diagnoses failed.
+    """
     names = data_sets(folder)
     withheld: dict[str, str] = {}
     if (folder / WITHHELD).exists():
@@ -96,14 +103,21 @@ def diagnose_all(folder: Path, results: Path, where: Where, report: Report) -> l
         withheld = read_json_mapping(folder / WITHHELD, "draw the run again")
         if strange := [name for name in withheld.values() if name not in list(library())]:
             raise InputError(f"{folder / WITHHELD}: {shown(strange[0])} is no effect; draw the run again")
-    missing = [name for name in names if not (results / name / "diagnosis.json").exists()]
+    missing = [name for name in names if not (results / name / DIAGNOSIS).exists()]
+    if changed := [name for name in names if name not in missing and _changed(folder / name, results / name)]:
+        raise InputError(
+            [
+                f"{folder / name}: was changed after its diagnosis; remove {results / name}, and go on"
+                for name in changed
+            ]
+        )
 
     def pieces() -> Iterator[tuple[str, tuple[GapDataset, str]]]:
         for name in missing:
             try:
                 yield name, (read_dataset(folder / name), withheld.get(name, ""))
             except InputError as error:
-                write_folder(results / name, _unusable(error))
+                write_folder(results / name, _unusable(error, UNREADABLE))
 
     def keep(name: str, files: Files) -> None:
         write_folder(results / name, files)
@@ -126,14 +140,26 @@ def _diagnose_one(task: tuple[GapDataset, str]) -> Files:
         try:
             write_results(Path(scratch), diagnose(dataset, without=[without] if without else []))
         except InputError as error:
-            return _unusable(error)
+            return _unusable(error, dataset.digest)
+        write_text(Path(scratch) / SOURCE, dataset.digest)
         write_text(Path(scratch) / "seconds.txt", f"{time.perf_counter() - begin:.2f}\n")
         return read_folder(Path(scratch))
 
 
-def _unusable(error: InputError) -> Files:
+def _unusable(error: InputError, source: str) -> Files:
     """A data set that cannot be used is a result as well."""
-    return {"diagnosis.json": json.dumps({"error": str(error)}).encode()}
+    return {DIAGNOSIS: json.dumps({"error": str(error)}).encode(), SOURCE: source.encode()}
+
+
+def _changed(data: Path, result: Path) -> bool:
+    """Whether a diagnosis was made of other data than those that are there; older ones do not tell."""
+    if not (result / SOURCE).exists():
+        return False
+    try:
+        source = read_dataset(data).digest
+    except InputError:
+        source = UNREADABLE
+    return read_text(result / SOURCE) != source
 
 
 def _each(

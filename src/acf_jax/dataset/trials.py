@@ -1,5 +1,6 @@
 """What a gap data set holds: the rig as known beforehand, how it was measured, and the trials."""
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -94,3 +95,13 @@ class GapDataset:
         for index, trial in enumerate(self.trials):
             groups[trial.condition] = (*groups.get(trial.condition, ()), index)
         return groups
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all that a diagnosis takes from the files."""
+        digest = hashlib.sha256(repr((self.description, self.rig, self.measurement)).encode())
+        for t in self.trials:
+            digest.update(repr((t.name, t.contact_velocity, t.pretension, t.peak_force)).encode())
+            if t.trace is not None:
+                digest.update(np.stack([t.trace.time, t.trace.force]).tobytes())
+        return digest.hexdigest()

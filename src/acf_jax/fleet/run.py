@@ -1,14 +1,11 @@
 """Diagnose every data set of a folder: in many processes, and only what is not diagnosed yet."""
 
-import hashlib
 import json
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
-
-import numpy as np
 
 from acf_jax import __version__
 from acf_jax.dataset import GapDataset, data_sets, read_dataset
@@ -73,7 +70,7 @@ def run_fleet(
             except InputError as error:
                 rigs[name] = Rig(rig=name, fault=str(error))
             else:
-                sources[name] = Source(_digest(dataset), seed)
+                sources[name] = Source(dataset.digest, seed)
                 made = _made(out / name, sources[name])
                 if made is None:
                     yield name, (dataset, seed)
@@ -120,13 +117,3 @@ def _made(result: Path, source: Source) -> Rig | None:
         return rig_of(result.name, source.digest, read_json_mapping(result / DIAGNOSIS, "diagnose again"))
     except (AttributeError, LookupError, TypeError, ValueError):  # cut off, or written by hand
         return None
-
-
-def _digest(dataset: GapDataset) -> str:
-    d = dataset
-    digest = hashlib.sha256(repr((d.description, d.rig, d.measurement)).encode())
-    for t in d.trials:
-        digest.update(repr((t.name, t.contact_velocity, t.pretension, t.peak_force)).encode())
-        if t.trace is not None:
-            digest.update(np.stack([t.trace.time, t.trace.force]).tobytes())
-    return digest.hexdigest()

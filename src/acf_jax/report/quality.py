@@ -127,5 +127,5 @@ def _or_none(value: float | None, show: Callable[[float], str]) -> str:
 
 
 def _range(values: list[float], unit: str) -> str:
-    low, high = si(min(values), 2), si(max(values), 2, unit)
-    return f"{low} to {high}" if min(values) < max(values) else high
+    low, high = si(min(values), 2, unit), si(max(values), 2, unit)
+    return high if low == high else f"{si(min(values), 2)} to {high}"
