@@ -43,8 +43,7 @@ def _describe(folder: Path, arguments: dict[str, Any]) -> None:
 def make(folder: Path, seed: int, cases: int, worlds: Sequence[str], where: Where, report: Report) -> None:
     """Write the data sets of a run into `folder` and seal their answers.
 
-    Raises:
-        InputError: where a world does not exist, or the folder holds another run or something else.
+    **Raises:** `InputError` where a world does not exist, or the folder holds another run or something else.
     """
     from acf_jax.worlds import find_world
 
@@ -92,8 +91,7 @@ def _make_one(order: Order) -> tuple[Files, str]:
 def diagnose_all(folder: Path, results: Path, where: Where, report: Report) -> list[str]:
     """Diagnose every data set of `folder` that has no diagnosis in `results` yet; returns their names.
 
-    Raises:
-        InputError: where data were changed after their diagnosis, or diagnoses failed.
+    **Raises:** `InputError` where data were changed after their diagnosis, or diagnoses failed.
     """
     names = data_sets(folder)
     withheld: dict[str, str] = {}

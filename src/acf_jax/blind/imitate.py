@@ -20,8 +20,7 @@ def imitators(case: Case, without: str = "") -> dict[str, float]:
     Each is fitted, with the rig under its priors, to the forces of the world without noise; what it cannot imitate is
     the whitened distance d, and the Bayes error Q(d/2) that of an even decision between the two.
 
-    Returns:
-        Bayes error by effect, where it exceeds 10 %.
+    **Returns:** Bayes error by effect, where it exceeds 10 %.
     """
     observations = _quiet(case)
     ground = Ground.of(observations, fit_nominal(observations))

@@ -27,9 +27,8 @@ COMPARABLE = (  # the rig's own constants mean the same in every world
 def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> dict[str, Any]:
     """The row of one data set.
 
-    Arguments:
-        data: the data set. result: the folder of its diagnosis. said: what is scored of it. answer: `effects`, and
-            what else is known.
+    **Arguments:** `data`: the data set. `result`: the folder of its diagnosis. `said`: what is scored of it. `answer`:
+    `effects`, and what else is known.
     """
     named = sorted(answer.effects)
     outside = answer.outside_library or any(name not in library() for name in named)

@@ -36,8 +36,7 @@ def seal_folder(folder: Path) -> str:
 
     A sealing that was killed before it had removed them all goes on.
 
-    Raises:
-        InputError: where there are no answers, one is missing or wrong, or others are sealed already.
+    **Raises:** `InputError` where there are no answers, one is missing or wrong, or others are sealed already.
     """
     files = sorted(folder.glob(f"*/{ANSWER}"))
     beside = {file.parent.name: read_answer(file.parent) for file in files}
@@ -77,8 +76,7 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, Ans
     Opening verifies the hash, and that every diagnosis in `results` was made after the sealing. It is recorded with the
     hash of each diagnosis, so that none can be made or changed afterwards without being noticed.
 
-    Raises:
-        InputError: where the seal is broken, or a diagnosis is not the one that the opening saw.
+    **Raises:** `InputError` where the seal is broken, or a diagnosis is not the one that the opening saw.
     """
     if not (folder / SEAL).exists():
         return {name: read_answer(folder / name) for name in names}

@@ -40,11 +40,9 @@ def compare(
 ) -> list[Agreement]:
     """Compare every trial with the others by traces, or by peaks where there are none.
 
-    Args:
-        trials: the trials, those faulty by themselves left out.
-        phases: their impact phases; None for a trial without a trace.
-        noise_std: noise of one sample, N.
-        spread: relative standard deviation of velocity and pretension, trial to trial.
+    **Arguments:** `trials`: the trials, those faulty by themselves left out. `phases`: their impact phases; None
+    for a trial without a trace. `noise_std`: noise of one sample, N. `spread`: relative standard deviation of
+    velocity and pretension, trial to trial.
     """
     result = [Agreement(0.0, None, None) for _ in trials]
     traced = [i for i, phase in enumerate(phases) if phase is not None]

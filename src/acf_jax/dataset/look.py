@@ -26,10 +26,8 @@ class TrialQuality:
 def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> TrialQuality:
     """Look at one trial by itself.
 
-    Args:
-        trial: the trial.
-        impact_time: how long an impact lasts, roughly, s.
-        noise_std: noise of one sample, N; None: taken from the approach.
+    **Arguments:** `trial`: the trial. `impact_time`: how long an impact lasts, roughly, s. `noise_std`: noise of
+    one sample, N; None: taken from the approach.
     """
     trace = trial.trace
     if trace is None:

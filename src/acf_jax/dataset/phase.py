@@ -36,11 +36,8 @@ def find_impact(
     peak: ringing about a positive force is not a loss, and a low saddle of the force is not either. Nor is a
     reading that goes on falling below zero: nothing pulls there, so contact lasts and the sensor errs.
 
-    Args:
-        trace: sensed force.
-        noise_std: noise of one sample, N.
-        impact_time: how long an impact lasts, roughly, s.
-        offset: sensor offset to remove, N.
+    **Arguments:** `trace`: sensed force. `noise_std`: noise of one sample, N. `impact_time`: how long an impact
+    lasts, roughly, s. `offset`: sensor offset to remove, N.
     """
     time, force = trace.time, trace.force - offset
     step = float(np.median(np.diff(time)))

@@ -49,17 +49,13 @@ def make_case(
 ) -> Case:
     """Draw a rig, let the effects act on it and record a campaign; equal arguments make equal cases.
 
-    Arguments:
-        seed: of everything drawn.
-        effects: names of causes of the world; none at all for the paper's model.
-        size: of every effect, above 0: near 0 for its neutral limit, 1 for clear.
-        target: instead of `size`: the whitened distance that each effect shall have by itself as commanded.
-        world: name of the world.
-        coloured: whether the noise is coloured; drawn (a fifth of the cases) where absent.
+    **Arguments:** `seed`: of everything drawn. `effects`: names of causes of the world; none at all for the paper's
+    model. `size`: of every effect, above 0: near 0 for its neutral limit, 1 for clear. `target`: instead of `size`:
+    the whitened distance that each effect shall have by itself as commanded. `world`: name of the world.
+    `coloured`: whether the noise is coloured; drawn (a fifth of the cases) where absent.
 
-    Raises:
-        InputError: where the world or an effect of it does not exist, an effect is named twice, or a size or target is
-            not above 0.
+    **Raises:** `InputError` where the world or an effect of it does not exist, an effect is named twice, or a size
+    or target is not above 0.
     """
     engine = find_world(world)
     known = engine.causes()

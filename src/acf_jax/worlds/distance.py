@@ -18,10 +18,9 @@ Pair = tuple[Array, Array, Array]  # time s, force with the causes N, force with
 def signature(world: AbstractWorld, setup: Setup, causes: Sequence[Any]) -> list[Pair]:
     """Noise-free sensed force of each condition with and without the causes, on the same rig.
 
-    Returns:
-        One (time, with, without) a condition, each of shape (n,), from the first sample in contact to the
-        loss of contact with the causes. The sample at time 0 is left out: whether it falls before or
-        after the step of the force is the trigger's doing.
+    **Returns:** one (time, with, without) a condition, each of shape (n,), from the first sample in contact to the
+    loss of contact with the causes. The sample at time 0 is left out: whether it falls before or after the step of
+    the force is the trigger's doing.
     """
     time = setup.time[setup.time > 0.0]
     pairs = []
@@ -155,9 +154,8 @@ def distance(
     The best method there is confuses two explanations at distance d with probability Q(d/2).
     The minimum is found by Gauss-Newton steps that keep the derivatives at the true rig; it is an upper bound.
 
-    Arguments:
-        world: the engine. setup: the rig, the conditions and the noise. causes: of that world, acting together.
-        tangents: those of the setup, where they are known already.
+    **Arguments:** `world`: the engine. `setup`: the rig, the conditions and the noise. `causes`: of that world, acting
+    together. `tangents`: those of the setup, where they are known already.
     """
     return (tangents or Tangents(world, setup)).distance(signature(world, setup, causes))
 
@@ -174,9 +172,9 @@ def size_at_distance(
 
     Where the distance jumps (contact is lost or not) the size closest to the target is returned.
 
-    Arguments:
-        world: the engine. setup: the rig, the conditions and the noise. name: of a cause of that world.
-        seed: of what the cause draws. target: a `distance`. tangents: those of the setup, where they are known already.
+    **Arguments:** `world`: the engine. `setup`: the rig, the conditions and the noise. `name`: of a cause of that
+    world. `seed`: of what the cause draws. `target`: a `distance`. `tangents`: those of the setup, where they are known
+    already.
     """
     tangents = tangents or Tangents(world, setup)
 

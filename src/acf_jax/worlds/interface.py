@@ -96,12 +96,10 @@ class AbstractWorld(ABC):
     ) -> Response:
         """Answer one impact without noise.
 
-        Arguments:
-            rig: the rig's constants.
-            causes: what the paper's model leaves out; the paper's model where empty.
-            impact: contact velocity and pretension, as they truly are.
-            time: instants asked for, increasing, shape (n,), s; negative ones are the approach.
-            after_loss: for how long the recording goes on once contact is lost, s.
+        **Arguments:** `rig`: the rig's constants. `causes`: what the paper's model leaves out; the paper's
+        model where empty. `impact`: contact velocity and pretension, as they truly are. `time`: instants asked
+        for, increasing, shape (n,), s; negative ones are the approach. `after_loss`: for how long the recording
+        goes on once contact is lost, s.
         """
 
     def causes(self, folder: str = "") -> dict[str, type[AbstractCause]]:
