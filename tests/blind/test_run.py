@@ -96,6 +96,9 @@ def test_data_changed_after_their_diagnosis_are_refused(run, tmp_path):
     table = sets / "case-001" / "trials.csv"
     whole = table.read_text()
     table.write_text("\n".join(whole.splitlines()[:-1]) + "\n")
+    with pytest.raises(InputError, match=r"case-001: was changed after its diagnosis; .*start another one"):
+        refused(*score)
+    (results / "opened.json").unlink()
     with pytest.raises(InputError, match=r"case-001: was changed after its diagnosis; remove .*case-001"):
         refused(*score)
     table.write_text(whole)

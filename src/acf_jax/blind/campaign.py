@@ -10,7 +10,7 @@ from typing import Any
 
 from acf_jax.blind.answer import DIAGNOSIS
 from acf_jax.blind.plan import WEAK, Order, draw_plan
-from acf_jax.blind.seal import SEAL, seal_answers
+from acf_jax.blind.seal import ENDED, SEAL, is_opened, seal_answers
 from acf_jax.dataset import GapDataset, data_sets, read_dataset
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_json_mapping, read_text, read_yaml_mapping, write_text
@@ -103,9 +103,11 @@ def diagnose_all(folder: Path, results: Path, where: Where, report: Report) -> l
             raise InputError(f"{folder / WITHHELD}: {shown(strange[0])} is no effect; draw the run again")
     missing = [name for name in names if not (results / name / DIAGNOSIS).exists()]
     if changed := [name for name in names if name not in missing and _changed(folder / name, results / name)]:
+        opened = is_opened(folder, results)
         raise InputError(
             [
-                f"{folder / name}: was changed after its diagnosis; remove {results / name}, and go on"
+                f"{folder / name}: was changed after its diagnosis;"
+                f" {ENDED if opened else f'remove {results / name}, and go on'}"
                 for name in changed
             ]
         )

@@ -13,6 +13,7 @@ from acf_jax.errors import InputError
 from acf_jax.files import read_bytes, read_json_mapping, read_yaml_mapping, write_bytes, write_text
 
 ANSWERS, SEAL, OPENED = "answers.sealed", "seal.json", "opened.json"
+ENDED = "a blind run ends with the opening of its answers: start another one"
 
 
 def seal_answers(folder: Path, answers: dict[str, dict[str, Any]]) -> str:
@@ -70,6 +71,11 @@ def check_answers(folder: Path, names: list[str]) -> str | None:
     return str(seal["sha256"])
 
 
+def is_opened(folder: Path, results: Path) -> bool:
+    """Whether the sealed answers were opened after these results: none of them can be changed then."""
+    return (folder / SEAL).exists() and (results / OPENED).exists()
+
+
 def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, Answer]:
     """The answers of a folder: from under its seal, or from the `answer.yaml` of each data set.
 
@@ -94,8 +100,7 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, Ans
             raise InputError(f"{record}: does not list the diagnoses; name another --out")
         if changed := [name for name, digest in hashes.items() if before.get(name) != digest]:
             raise InputError(
-                f"{record}: the answers were opened before {', '.join(changed)} was diagnosed;"
-                " a blind run ends with the opening: start another one"
+                f"{record}: the answers were opened before {', '.join(changed)} was diagnosed; {ENDED}"
             )
     else:
         write_text(record, json.dumps({"opened_at": time.time(), "diagnoses": hashes}, indent=1) + "\n")
