@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from acf_jax.dataset import GapDataset, assess_dataset
+from acf_jax.dataset import GapDataset, Measurement, Prior, RigPrior, Trace, Trial, assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
 from acf_jax.diagnosis.diagnose import Diagnosis, _measured_peaks, diagnose
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.fit import Fit, fit
+from acf_jax.diagnosis.forward import Grid, forward
 from acf_jax.diagnosis.model_file import _corners, gap_model, read_model, write_model
 from acf_jax.diagnosis.observe import observe
 from acf_jax.diagnosis.predict import predict
@@ -180,6 +181,27 @@ def test_noise_below_what_the_simulation_resolves_counts_as_that(gravity_set: Ga
     correlation = fitted.covariance / deviation / deviation[:, None]
     assert correlation == pytest.approx(correlation.T, abs=1e-9)
     assert np.linalg.eigvalsh(correlation).min() > -1e-9
+
+
+def test_a_trace_is_compared_to_its_end_where_the_robot_presses_on() -> None:
+    """A sensor that clips behind the fourth period had been no gap."""
+    rig = RigPrior(Prior(2.0, 0.04), Prior(420.0, 60.0), Prior(3e4, 1.5e3), Prior(5e5, 4e4))
+    v_e, f_p = np.array([0.1, 0.2, 0.3, 0.3]), np.array([60.0, 60.0, 60.0, 90.0])
+    impacts = forward((), rig.values, v_e, f_p, Grid(1e-4, 600)).sensed
+    noise = np.random.default_rng(0).normal(0.0, 0.5, (4, 641))
+
+    def left(limit: float) -> float:
+        """Chi-square of a sample that the recalibrated model leaves."""
+        read = np.minimum(np.pad(impacts, ((0, 0), (40, 0))), limit) + noise
+        trials = tuple(
+            Trial(f"t{i}", v_e[i], f_p[i], None, Trace(1e-4 * np.arange(-40, 601), read[i])) for i in range(4)
+        )
+        dataset = GapDataset(Path("clipped"), "", rig, Measurement(0.5, 0.005, 0.005), trials)
+        observations = observe(dataset, assess_dataset(dataset))
+        return 2 * fit_nominal(observations).objective / observations.n_used
+
+    assert left(np.inf) < 1.1
+    assert left(impacts[:, :480].max()) > 2.0
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import Body, reduced_mass, series_stiffness
 from acf_jax.contact.recoil import Recoil
-from acf_jax.diagnosis.fit import STEP_PER_RADIAN
-from acf_jax.diagnosis.forward import SAMPLES, unpack
+from acf_jax.diagnosis.forward import SAMPLES, STEP_PER_RADIAN, unpack
 from acf_jax.diagnosis.predict import LONGEST
 from acf_jax.diagnosis.space import component_of
 from acf_jax.model import Impact, Rig, find_peak

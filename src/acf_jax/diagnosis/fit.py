@@ -8,13 +8,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward
+from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, step_for
 from acf_jax.diagnosis.observe import COMMON_TRIGGER, Observations, whiten_all
 from acf_jax.diagnosis.sample import combine, peak_of, taps
 from acf_jax.diagnosis.space import Coordinates, Explanation, classes, coordinates, delays
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
-STEP_PER_RADIAN = 0.1  # omega h of the grid
 STRIDE = 2.0  # sampling intervals of its longest step
 RINGING, LAGGING = 1.0, 1 / 3  # the same where a sensor has dynamics of its own, and where it follows late
 BEYOND = 6  # steps of the grid after the last sample, to tell either side of a loss of contact right there
@@ -75,11 +74,6 @@ class Fit:
     def at_bound(self) -> np.ndarray:
         """(p,) whether a parameter ended at its bound."""
         return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
-
-
-def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
-    """The longest step, s, of a simulation of a rig: a share of a radian, within the decay of a strong damper."""
-    return float(1 / max(np.sqrt((k_f + k_c) / m) / STEP_PER_RADIAN, d / m))
 
 
 def grid_for(observations: Observations, explanation: Explanation) -> Grid:

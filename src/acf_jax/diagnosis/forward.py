@@ -21,6 +21,7 @@ from acf_jax.model import Impact, Rig
 from acf_jax.simulator.derivatives import simulate_with_derivatives
 from acf_jax.simulator.simulate import System, make_system
 
+STEP_PER_RADIAN = 0.1  # omega h of the grid
 SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
 BLOCK = 24  # trials of one call, the last one padded: data sets of every size share compiled code and memory is bounded
 
@@ -33,6 +34,11 @@ class Grid(NamedTuple):
     pull: float = (
         0.0  # 1 continues the equations beyond the loss of contact, which keeps derivatives alive there
     )
+
+
+def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
+    """The longest step, s, of a simulation of a rig: a share of a radian, within the decay of a strong damper."""
+    return float(1 / max(np.sqrt((k_f + k_c) / m) / STEP_PER_RADIAN, d / m))
 
 
 class Forces(NamedTuple):

@@ -8,10 +8,11 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from acf_jax.dataset import GapDataset, Noise, Quality, RigPrior, Trial, TrialQuality
+from acf_jax.diagnosis.forward import SAMPLES, step_for
 from acf_jax.errors import InputError
 
 LEAST_TRIALS = 3
-LONGEST = 24.0  # of a trace that is compared, in units of 1/omega: about four periods
+AT_LEAST, AT_MOST = 24.0, 45.0  # of a trace that is compared, in units of 1/omega: four to seven periods
 ONSET = (
     0.9  # samples nearer to first contact than this share of the interval are left out: the jump falls there
 )
@@ -83,7 +84,7 @@ def observe(dataset: GapDataset, quality: Quality) -> Observations:
     **Raises:** `InputError` when fewer than three trials show an impact.
     """
     numbers = {condition: k for k, condition in enumerate(dataset.conditions)}
-    longest = LONGEST / np.pi * dataset.rig.impact_time
+    longest = compared_time(dataset.rig)
     looks = [(dataset.trials[i], quality.trials[i]) for i in quality.used]
     compared = [(trial, _row(trial, look, quality.noise.offset, longest)) for trial, look in looks]
     compared = [(trial, row) for trial, row in compared if row.time.size]
@@ -113,6 +114,12 @@ def observe(dataset: GapDataset, quality: Quality) -> Observations:
         noise=replace(quality.noise, std=max(quality.noise.std, SIMULATED * largest)),
         prior=dataset.rig,
     )
+
+
+def compared_time(rig: RigPrior) -> float:
+    """How long after first contact a trace is compared, s: the longer, the less a strong damper makes steps small."""
+    radian = rig.impact_time / np.pi
+    return float(np.clip(SAMPLES * step_for(*rig.values), AT_LEAST * radian, AT_MOST * radian))
 
 
 def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Row:

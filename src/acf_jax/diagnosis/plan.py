@@ -3,9 +3,9 @@
 import numpy as np
 
 from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
-from acf_jax.diagnosis.fit import fit, step_for
-from acf_jax.diagnosis.forward import SAMPLES, Grid, forward
-from acf_jax.diagnosis.observe import LONGEST, ONSET, Observations
+from acf_jax.diagnosis.fit import fit
+from acf_jax.diagnosis.forward import SAMPLES, Grid, forward, step_for
+from acf_jax.diagnosis.observe import ONSET, Observations, compared_time
 from acf_jax.diagnosis.sample import at_times, first_loss
 from acf_jax.diagnosis.separate import Detectability, detectability
 
@@ -36,7 +36,7 @@ def imagine(
     noise_std: float,
 ) -> Observations:
     """Noise-free trials of the paper's model, as they would be compared."""
-    end = LONGEST / np.pi * rig.impact_time
+    end = compared_time(rig)
     h = max(step_for(*rig.values), end / (SAMPLES - 4))
     grid = Grid(h, min(SAMPLES - 1, int(end / h) + 3))
     v_e = np.array([t.contact_velocity for t in conditions])

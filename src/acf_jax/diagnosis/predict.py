@@ -6,8 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import step_for
-from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, reach_of
+from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, reach_of, step_for
 from acf_jax.diagnosis.model_file import GapModel, Variant
 from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
 from acf_jax.diagnosis.space import RIG, component_of, parameters
