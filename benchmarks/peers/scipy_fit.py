@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from acf_jax.diagnosis.fit import FARTHEST, N_OWN
-from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations, whiten
+from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations
 from acf_jax.diagnosis.space import Explanation, coordinates, starts
 
 STEP = 1e-2  # of a difference, in prior standard deviations
@@ -141,15 +141,14 @@ class Problem:
                 self.explanation, np.concatenate(thetas, 1), np.concatenate(v_e), np.concatenate(f_p), times
             )
         )
-        return [
-            np.concatenate(
-                [
-                    whiten((o.force[i, :n] - next(forces))[None], o.time[i, :n], o.noise)[0]
-                    for i, n in enumerate(self.counts)
-                ]
-            )
-            for _ in points
-        ]
+        return [self._white([next(forces) for _ in self.counts]) for _ in points]
+
+    def _white(self, forces: Sequence[Array]) -> Array:
+        """Whitened residuals of the samples, one trial's after the other's."""
+        left = self.observations.force[:, None].copy()
+        for i, force in enumerate(forces):
+            left[i, 0, : len(force)] -= force
+        return self.observations.whiten(left)[:, 0][self.observations.used]
 
     def residuals(self, x: Array) -> Array:
         """Samples first, then the priors of parameters and nuisances."""

@@ -16,7 +16,6 @@ from acf_jax.diagnosis.experiment import error_probability
 from acf_jax.diagnosis.fit import BEYOND, Fit
 from acf_jax.diagnosis.forward import Forces, Grid, forward, reach_of
 from acf_jax.diagnosis.model_file import variant
-from acf_jax.diagnosis.observe import whiten
 from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.ports._continued import continued
 from acf_jax.diagnosis.ports.sensor import UnknownSensor
@@ -36,6 +35,7 @@ from acf_jax.diagnosis.score import (
     probabilities,
 )
 from acf_jax.diagnosis.space import Explanation, component_of, coordinates, every_effect, starts
+from acf_jax.diagnosis.whiten import Whitener
 from tests.corrected import gap_model
 from tests.corrected import variant as made
 from tests.diagnosis.imagined import RIG
@@ -103,11 +103,20 @@ def test_the_peak_lies_within_the_impact_phase() -> None:
     assert when == pytest.approx(0.05, abs=1e-6)
 
 
-@pytest.mark.parametrize("noise", [Noise(0.7), Noise(1.3, share=0.4, correlation_time=8e-4)])
+@pytest.mark.parametrize(
+    "noise", [Noise(0.7), Noise(1.3, share=0.4, correlation_time=8e-4), Noise(0.5, 1.0, 2e-3)]
+)
 def test_whitening_leaves_independent_noise_of_unit_size(noise: Noise) -> None:
-    times = 1.25e-4 * np.arange(90)
-    white = whiten(np.linalg.cholesky(noise.covariance(times)).T, times, noise)
-    np.testing.assert_allclose(white.T @ white, np.eye(90), atol=1e-9)
+    """At times even and uneven, the second of two trials being shorter than the first."""
+    even = 1.25e-4 * np.arange(90)
+    uneven = np.cumsum(np.random.default_rng(0).uniform(0.3, 2.0, 90)) * 1.25e-4
+    used = np.arange(90) < np.array([[90], [60]])
+    noises = [np.linalg.cholesky(noise.covariance(times)) for times in (even, uneven)]
+    padded = np.where(used, np.stack([even, uneven]), 0.0)
+    white = Whitener(padded, used, noise)(np.stack(noises).transpose(0, 2, 1))
+    np.testing.assert_allclose(white[0].T @ white[0], np.eye(90), atol=1e-9)
+    np.testing.assert_allclose(white[1, :, :60].T @ white[1, :, :60], np.eye(60), atol=1e-9)
+    assert not white[1, :, 60:].any()
 
 
 def test_error_probability_against_sampling() -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, step_for
-from acf_jax.diagnosis.observe import COMMON_TRIGGER, Observations, whiten_all
+from acf_jax.diagnosis.observe import COMMON_TRIGGER, Observations
 from acf_jax.diagnosis.sample import combine, peak_of, taps
 from acf_jax.diagnosis.space import Coordinates, Explanation, classes, coordinates, delays
 
@@ -162,7 +162,7 @@ def compare(
     rows[:, p + 4] = timing * spread[:, 2:]
     rows *= o.used[:, None]
     scatter = rows[:, p + 2 :].copy()
-    rows = whiten_all(rows, o)
+    rows = o.whiten(rows)
     return Linearisation(rows[:, 0], rows[:, 1 : p + 2], rows[:, p + 2 :], predicted * o.used, scatter)
 
 

@@ -1,14 +1,14 @@
 """The trials as arrays: what is compared with the simulator, and how noisy it is."""
 
-import functools
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from acf_jax.dataset import GapDataset, Noise, Quality, RigPrior, Trial, TrialQuality
 from acf_jax.diagnosis.forward import SAMPLES, step_for
+from acf_jax.diagnosis.whiten import Whitener
 from acf_jax.errors import InputError
 
 LEAST_TRIALS = 3
@@ -17,7 +17,6 @@ ONSET = (
     0.9  # samples nearer to first contact than this share of the interval are left out: the jump falls there
 )
 TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the common one, in sampling intervals
-SHARED_SIZE = 64  # whitening matrices are kept for lengths that are multiples of it
 SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
@@ -57,6 +56,11 @@ class Observations:
     def intervals(self) -> np.ndarray:
         """(traces,) sampling intervals, s."""
         return self.interval[~self.peak_only]
+
+    @cached_property
+    def whiten(self) -> Whitener:
+        """Forces (trials, rows, n) in units of independent noise."""
+        return Whitener(self.time, self.used, self.noise)
 
     def subset(self, keep: np.ndarray) -> "Observations":
         """The trials for which `keep` is true."""
@@ -134,39 +138,3 @@ def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Ro
     begin = max(ONSET * interval, look.phase.onset - late - 0.5 * interval)
     used = (time > begin) & (time < longest)
     return _Row(time[used], force[used], interval, False)
-
-
-def whiten_all(rows: np.ndarray, observations: Observations) -> np.ndarray:
-    """Residuals and derivatives (trials, rows, n) of all trials, in units of independent noise."""
-    if observations.noise.is_white:
-        return np.asarray(rows / observations.noise.std)
-    white = np.zeros_like(rows)
-    for i, n in enumerate(observations.used.sum(1)):
-        white[i, :, :n] = whiten(rows[i, :, :n], observations.time[i, :n], observations.noise)
-    return white
-
-
-def whiten(values: np.ndarray, times: np.ndarray, noise: Noise) -> np.ndarray:
-    """Residuals and derivatives (rows, n) of one trial at `times` (n,), in units of independent noise."""
-    count = len(times)
-    if noise.is_white or count < 2:
-        return np.asarray(values / noise.std)
-    steps = np.diff(times)
-    if np.ptp(steps) < 1e-3 * steps.mean():
-        size = -(-count // SHARED_SIZE) * SHARED_SIZE
-        factor = _uniform_whitener(noise, float(f"{np.median(steps):.4g}"), size)[:count, :count]
-    else:
-        factor = _whitener(noise, times)
-    return np.asarray(values @ factor.T)
-
-
-@functools.lru_cache(maxsize=32)
-def _uniform_whitener(noise: Noise, interval: float, size: int) -> np.ndarray:
-    # the leading block of a triangular inverse is the inverse of the leading block: shorter trials share it
-    return _whitener(noise, interval * np.arange(size))
-
-
-def _whitener(noise: Noise, times: np.ndarray) -> np.ndarray:
-    """The inverse of the covariance's Cholesky factor."""
-    factor = np.linalg.cholesky(noise.covariance(times))
-    return np.asarray(solve_triangular(factor, np.eye(len(times)), lower=True))

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import helmert
 
-from acf_jax.diagnosis.observe import TRIGGER, Observations, whiten
+from acf_jax.diagnosis.observe import TRIGGER, Observations
+from acf_jax.diagnosis.whiten import Whitener
 
 SIZES = np.geomspace(0.02, TRIGGER, 33)  # that are tried, in sampling intervals
 ALLOWED = 2.0  # log likelihood by which the size taken is worse than the best: twice its standard deviation
@@ -48,7 +49,8 @@ def _log_likelihood(o: Observations, trials: np.ndarray) -> np.ndarray:
             np.full(len(mean), o.rel_std[1] * o.f_p[trials[0]]),
         ]
     )
-    white = whiten(np.concatenate([changes, helmert(len(trials)) @ force]), time[0], o.noise)
+    signals = np.concatenate([changes, helmert(len(trials)) @ force])
+    (white,) = Whitener(time[:1], np.ones_like(time[:1], bool), o.noise)(signals[None])
     changes, differences = white[: len(changes)], white[len(changes) :]
     value = []
     for size in SIZES:
