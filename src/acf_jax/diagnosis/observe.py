@@ -121,7 +121,10 @@ def observe(dataset: GapDataset, quality: Quality) -> Observations:
 
 
 def compared_time(rig: RigPrior) -> float:
-    """How long after first contact a trace is compared, s: the longer, the less a strong damper makes steps small."""
+    """How long after first contact a trace is compared, s: seven periods, where the simulation's steps reach so far.
+
+    They are small where the damper is strong. Four periods are compared in any case, with longer steps then.
+    """
     radian = rig.impact_time / np.pi
     return float(np.clip(SAMPLES * step_for(*rig.values), AT_LEAST * radian, AT_MOST * radian))
 
