@@ -187,6 +187,20 @@ def test_one_command_checks_everything():
     assert "./check.sh" in (ROOT / ".ci/run").read_text()
 
 
+def test_readme_installs_every_module_that_a_test_needs():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+
+    def brought_by(extra: str) -> set[str]:
+        entries = " ".join(extras[extra])
+        others = [name for names in re.findall(r"acf-jax\[(.*?)\]", entries) for name in names.split(",")]
+        return set(re.findall(r"[a-z][\w-]*", entries)).union(*map(brought_by, others))
+
+    sources = [file.read_text("utf-8") for file in (ROOT / "tests").rglob("*.py")]
+    modules = {name for source in sources for name in re.findall(r'need_module\("(\w+)', source)}
+    assert "rosbags" in modules
+    assert modules <= brought_by("test")
+
+
 def test_constraints_name_every_direct_dependency():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     wanted = [*project["dependencies"], *chain(*project["optional-dependencies"].values())]
