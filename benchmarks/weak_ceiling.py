@@ -1,6 +1,6 @@
 """What caution costs: how many weak effects the best method names if it shall raise few false alarms.
 
-python -m benchmarks.weak_ceiling --seed 2055 --cases 400
+python -m benchmarks.weak_ceiling --seed 2055 --cases 400 --forms 4
 
 Draws the weak effects of a blind run anew. For each the Bayes decision of `acf_jax.blind.ceiling`, which is told the
 rig, the noise and the true form, is made at several prices: how many times more probable than none an effect has to be.
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from acf_jax.blind.ceiling import signals, weigh
+from acf_jax.blind.ceiling import FORMS, signals, weigh
 from acf_jax.blind.plan import WEAK, draw_plan
 from acf_jax.worlds import find_world, make_case
 from benchmarks.machine import describe
@@ -26,6 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--seed", type=int, default=2055)
     parser.add_argument("--cases", type=int, default=400, help="of the run whose weak effects are drawn")
+    parser.add_argument(
+        "--forms", type=int, default=FORMS, help="in which each effect is drawn beside the true one"
+    )
     chosen = parser.parse_args(arguments)
     print(describe())
     plan = draw_plan(chosen.seed, chosen.cases, [find_world("scipy"), find_world("mujoco")])
@@ -36,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         case = make_case(order.seed, order.effects, None, order.target, order.world, order.coloured)
         if case.outside_library or case.distance >= WEAK[1]:
             continue
-        gram, labels, rng = signals(case)
+        gram, labels, rng = signals(case, chosen.forms)
         odds, right = weigh(gram, labels, case.distance, rng)
         odds_of_none, _ = weigh(gram, labels, 0.0, rng)
         rows.append([((right & (odds > price)).mean(), (odds_of_none > price).mean()) for price in PRICES])

@@ -9,7 +9,7 @@ from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error
 from acf_jax.worlds import AbstractCause, AbstractWorld, Case, Setup, find_world, signature
 from acf_jax.worlds.distance import Tangents
 
-FORMS = 4  # that each effect is drawn in
+FORMS = 4  # that each effect is drawn in; 32 give the same within two hundredths (docs/blind.md)
 SMALL = 0.05  # size at which a form is drawn: its signature is taken as proportional to its size
 SIZES = np.exp(np.linspace(np.log(WEAK[0]), np.log(60.0), 12))  # whitened distances that an effect may have
 DRAWS = 4000  # of the noise
@@ -27,8 +27,11 @@ def ceiling(case: Case) -> float:
     return decide(gram, labels, case.distance, rng)
 
 
-def signals(case: Case) -> tuple[np.ndarray, list[str], np.random.Generator]:
-    """Inner products of the signals of the case and of every effect, whose they are, and the generator of draws."""
+def signals(case: Case, forms: int = FORMS) -> tuple[np.ndarray, list[str], np.random.Generator]:
+    """Inner products of the signals of the case and of every effect, whose they are, and the generator of draws.
+
+    Each effect is drawn in `forms` forms.
+    """
     world, setup = find_world("scipy"), case.setup
     (true,) = case.causes
     tangents = Tangents(world, setup)
@@ -37,13 +40,13 @@ def signals(case: Case) -> tuple[np.ndarray, list[str], np.random.Generator]:
     nominal = _forces(world, setup, [], lasting)
     rng = np.random.default_rng(case.seed)
     labels = [true]
-    forms = [[with_causes - without for _, with_causes, without in pairs]]
+    drawn = [[with_causes - without for _, with_causes, without in pairs]]
     for name in world.causes("library"):
-        for seed in rng.integers(2**31, size=FORMS).tolist():
+        for seed in rng.integers(2**31, size=forms).tolist():
             labels.append(name)
             forces = _forces(world, setup, [world.draw(name, seed, setup.rig, SMALL)], lasting)
-            forms.append([f - without for f, without in zip(forces, nominal, strict=True)])
-    return tangents.gram(forms), labels, rng
+            drawn.append([f - without for f, without in zip(forces, nominal, strict=True)])
+    return tangents.gram(drawn), labels, rng
 
 
 def _forces(
