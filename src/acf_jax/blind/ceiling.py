@@ -9,7 +9,7 @@ from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error
 from acf_jax.worlds import AbstractCause, AbstractWorld, Case, Setup, find_world, signature
 from acf_jax.worlds.distance import Tangents
 
-FORMS = 4  # that each effect is drawn in; 32 give the same within two hundredths (docs/blind.md)
+FORMS = 4  # that each effect is drawn in; 32 lower the ceiling by a twentieth (docs/blind.md)
 SMALL = 0.05  # size at which a form is drawn: its signature is taken as proportional to its size
 SIZES = np.exp(np.linspace(np.log(WEAK[0]), np.log(60.0), 12))  # whitened distances that an effect may have
 DRAWS = 4000  # of the noise
