@@ -24,6 +24,9 @@ class Peaks:
     v_e: Values  # m/s, contact velocity, (N,)
     f_p: Values  # N, pretension, (N,)
     f_max: Values  # N, measured peak force, (N,)
+    names: tuple[
+        str, ...
+    ] = ()  # what messages call each, such as a row of a file; "peak 1" and so on by default
 
 
 @dataclass(frozen=True)
@@ -74,8 +77,9 @@ def identify(peaks: Peaks) -> Identification:
     below = np.flatnonzero(peaks.f_max < LEAST * peaks.f_p)
     if below.size:
         k = below[0]
+        name = peaks.names[k] if peaks.names else f"peak {k + 1}"
         raise InputError(
-            f"{below.size} of {peaks.f_max.size} peaks lie below their pretension, the first of them peak {k + 1}, "
+            f"{below.size} of {peaks.f_max.size} peaks lie below their pretension, the first of them {name}, "
             f"{peaks.f_max[k]:g} N at {peaks.f_p[k]:g} N; peak_force_n must include the pretension, do not take it off"
         )
     product = _fit(peaks)

@@ -147,7 +147,7 @@ def test_identify_lists_all_faults_at_once(run, tmp_path):
         ("0.1,100,110e3\n0.2,100,137e3", "row 2: peak_force_n must be at most 50000 N"),
         (
             "0.1,100,10\n0.3,100,182",
-            "1 of 2 peaks lie below their pretension, the first of them peak 1, 10 N at 100 N",
+            "1 of 2 peaks lie below their pretension, the first of them row 2, 10 N at 100 N",
         ),
     ],
 )

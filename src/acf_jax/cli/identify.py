@@ -36,7 +36,7 @@ def command(table: Path, rig_file: Path | None, as_json: bool) -> None:
     TABLE is a CSV file with the columns contact_velocity_m_per_s, pretension_n and peak_force_n; a column
     paper_model_peak_force_n is compared if it is there.
     """
-    columns, faults = _read(table)
+    columns, rows, faults = _read(table)
     rig_values: dict[str, float] = {}
     if rig_file is not None:
         rig_values, rig_faults = read_rig(rig_file)
@@ -53,7 +53,7 @@ def command(table: Path, rig_file: Path | None, as_json: bool) -> None:
     from acf_jax.model import Impact, Rig, find_peaks
 
     v_e, f_p, f_max = (np.array(columns[name]) for name in COLUMNS)
-    peaks = library.Peaks(v_e, f_p, f_max)
+    peaks = library.Peaks(v_e, f_p, f_max, rows)
     try:
         found = library.identify(peaks)
     except InputError as error:
@@ -75,7 +75,7 @@ def command(table: Path, rig_file: Path | None, as_json: bool) -> None:
         click.echo(_text(found, information, before))
 
 
-def _read(path: Path) -> tuple[dict[str, list[float]], list[str]]:
+def _read(path: Path) -> tuple[dict[str, list[float]], tuple[str, ...], list[str]]:
     from acf_jax.dataset import units
     from acf_jax.dataset.table import read_table
 
@@ -99,7 +99,7 @@ def _read(path: Path) -> tuple[dict[str, list[float]], list[str]]:
         table.fault("", fault)
     if not table.rows and not table.faults:
         table.fault("", "holds no trials; add one row a trial below the first line")
-    return columns, table.shown_faults()
+    return columns, tuple(f"row {row.number}" for row in table.rows), table.shown_faults()
 
 
 def _document(found: Any, information: Any, before: dict[str, float]) -> dict[str, Any]:
