@@ -186,6 +186,17 @@ def test_a_folder_in_place_of_a_result_is_named(end, tmp_path):
     )
 
 
+@pytest.mark.parametrize("which, shown, noted", [
+    ("corrected", False, True), ("recalibrated", False, False), ("corrected", True, False), ("corrected", None, False),
+])  # fmt: skip
+def test_a_prediction_says_where_nothing_shows_that_the_correction_helps(end, tmp_path, which, shown, noted):
+    arguments = prepared(("predict",), tmp_path)
+    model = gap_model().model_copy(update={"shown_closer": shown})
+    (tmp_path / "model/model.json").write_text(write_model(model))
+    code, _, error = end("predict", *arguments, "--model", which)
+    assert code == 0 and ("compare with --model recalibrated" in error) == noted
+
+
 def prepared(path: tuple[str, ...], folder: Path) -> list[str]:
     """The arguments of a command whose files are there."""
     arguments = ANSWERS[" ".join(path)]

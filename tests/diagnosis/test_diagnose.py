@@ -18,6 +18,7 @@ from acf_jax.diagnosis.observe import observe
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.score import UNKNOWN
+from acf_jax.diagnosis.shrinkage import Shrinkage
 from acf_jax.diagnosis.signature import Ground
 from acf_jax.diagnosis.space import Explanation, parameters, starts
 from acf_jax.diagnosis.validate import figures, hold_out
@@ -249,6 +250,15 @@ def test_corners_may_miss_the_tried_range_by_rounding(diagnosed: Diagnosis, tmp_
     path = tmp_path / "model.json"
     path.write_text(write_model(gap_model(diagnosed).model_copy(update=tried)))
     assert read_model(path).corners == corners
+
+
+def test_a_model_says_whether_the_correction_was_seen_to_help(diagnosed: Diagnosis) -> None:
+    low, high = diagnosed.shrinkage_force.ci95  # type: ignore[union-attr]
+    assert low > 0 and gap_model(diagnosed).shown_closer is True
+    unsure = Shrinkage(0.4, (-0.1, high))
+    for shrinkage in (unsure, None):
+        assert gap_model(replace(diagnosed, shrinkage_force=shrinkage)).shown_closer is False
+    assert gap_model(replace(diagnosed, corrected=diagnosed.fits[0])).shown_closer is None
 
 
 def test_predictions_end_with_contact_and_carry_uncertainty(diagnosed: Diagnosis) -> None:

@@ -115,6 +115,12 @@ def command(
         echo_json({"model": which, "predictions": [_numbers(row) for row in rows]})
     else:
         click.echo(f"{out / 'predictions.csv'}: {len(trials)} impacts by the {which} model")
+    if which == "corrected" and model.shown_closer is False:
+        click.echo(
+            "note: held-out conditions do not show that the corrected model comes closer than the recalibrated one;"
+            " compare with --model recalibrated",
+            err=True,
+        )
     _warn_beyond(v_e, model.v_range, "contact velocities", "m/s")
     _warn_beyond(f_p, model.f_p_range, "pretensions", "N")
     if diverging := [t.name for t, p in zip(trials, predictions, strict=True) if p.diverges]:

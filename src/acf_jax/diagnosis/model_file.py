@@ -72,6 +72,9 @@ class GapModel(Part):
     verdict: Verdict | None = None  # of the diagnosis; files of earlier versions have none
     corners: tuple[Condition, ...] = ()  # of the region that the trials enclose; earlier versions have none
     rel_std: tuple[Spread, Spread] | None = None  # of v_E and F_P, trial to trial; earlier versions have none
+    shown_closer: bool | None = (
+        None  # corrected than recalibrated, by what was held out; earlier versions: none
+    )
 
 
 def variant(fitted: Fit, probability: float) -> Variant:
@@ -121,7 +124,16 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         corners=_corners(o.v_e, o.f_p),
         rel_std=o.rel_std,
         verdict=cast(Verdict, d.verdict),
+        shown_closer=_shown_closer(d),
     )
+
+
+def _shown_closer(d: Diagnosis) -> bool | None:
+    """Whether the 95 % interval of the shrinkage lies above zero; None where nothing is corrected."""
+    if not d.corrected.explanation:
+        return None
+    shrinkage = d.shrinkage_force if d.observations.traced.any() else d.shrinkage_peak
+    return shrinkage is not None and shrinkage.ci95[0] > 0
 
 
 def _known(stds: np.ndarray) -> tuple[tuple[float, ...], ...]:
