@@ -33,21 +33,21 @@ class Weights:
     What the rig's own parameters had to leave their priors counts under a Student prior with heavy tails.
     """
 
-    nu: float = 24.0  # how many independent pieces a misfit of form has
-    nu_noise: float = 40.0  # the same for noise that is not as it is said to be
+    nu: float = 34.0  # how many independent pieces a misfit of form has
+    nu_noise: float = 60.0  # the same for noise that is not as it is said to be
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
-    exact: float = 0.2  # share of the likelihood that always counts beside a form that leaves only noise
+    exact: float = 0.5  # share of the likelihood that always counts beside a form that leaves only noise
     exact_of_all: float = 0.01  # the same where that form has another number of effects
-    effect: float = 5.0  # cost of one effect, in log probability
-    second: float = 4.5  # cost of each further one
+    effect: float = 5.3  # cost of one effect, in log probability
+    second: float = 5.5  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
-    port: float = 12.5  # cost of the free discrepancy at a port
-    nameless: float = 20.0  # cost of a cause that neither the library nor the ports can imitate
+    port: float = 14.5  # cost of the free discrepancy at a port
+    nameless: float = 28.0  # cost of a cause that neither the library nor the ports can imitate
     in_series: float = (
         2.0  # further cost of a port that all forces pass, in telling where an unknown cause acts
     )
     strain_told: float = 0.5  # share of what a rig's strain costs that counts there
-    freedom: float = 8.5  # degrees of freedom of the Student prior of the rig's parameters
+    freedom: float = 14.0  # degrees of freedom of the Student prior of the rig's parameters
     margin: float = 0.05  # by which the chi-square of a sample may exceed 1: noise is not known exactly
 
 
