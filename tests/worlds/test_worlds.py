@@ -10,7 +10,6 @@ import pytest
 
 from acf_jax.errors import InputError
 from acf_jax.worlds import Impact, Rig, distance, draw_setup, find_world
-from acf_jax.worlds.distance import Tangents
 from acf_jax.worlds.scipy_world.plant import Plant
 from acf_jax.worlds.scipy_world.ports import Motion
 from tests.needs import need_module
@@ -68,17 +67,14 @@ def test_without_causes_it_is_the_closed_form(world, zeta, impact):
 
 
 @pytest.fixture(scope="module")
-def tangents():
-    setup = draw_setup(np.random.default_rng(2), coloured=False)
-    return Tangents(SCIPY, replace(setup, conditions=setup.conditions[-3:]))
+def setup():
+    drawn = draw_setup(np.random.default_rng(2), coloured=False)
+    return replace(drawn, conditions=drawn.conditions[-3:])
 
 
 @each_cause
-def test_a_small_cause_is_nearly_none_and_a_large_one_is_seen(world, name, tangents):
-    setup = tangents.setup
-    small, large = (
-        distance(world, setup, [world.draw(name, 3, setup.rig, size)], tangents) for size in (1e-4, 1.0)
-    )
+def test_a_small_cause_is_nearly_none_and_a_large_one_is_seen(world, name, setup):
+    small, large = (distance(world, setup, [world.draw(name, 3, setup.rig, size)]) for size in (1e-4, 1.0))
     assert small < 2.0 < 6.0 < large
 
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from acf_jax.blind.plan import SHARES, WEAK
 from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error
-from acf_jax.worlds import AbstractCause, AbstractWorld, Case, Setup, find_world, signature
-from acf_jax.worlds.distance import Tangents
+from acf_jax.worlds import AbstractCause, AbstractWorld, Case, Setup, find_world
+from acf_jax.worlds.distance import sensed
+from acf_jax.worlds.imitation import Imitation
 
 FORMS = 4  # that each effect is drawn in; 32 lower the ceiling by a twentieth (docs/blind.md)
 SMALL = 0.05  # size at which a form is drawn: its signature is taken as proportional to its size
@@ -34,19 +35,18 @@ def signals(case: Case, forms: int = FORMS) -> tuple[np.ndarray, list[str], np.r
     """
     world, setup = find_world("scipy"), case.setup
     (true,) = case.causes
-    tangents = Tangents(world, setup)
-    pairs = signature(find_world(case.world), setup, list(case.causes.values()))
-    lasting = [time for time, *_ in pairs]
+    imitation = Imitation(setup, sensed(find_world(case.world), setup, list(case.causes.values())))
+    lasting = [imitation.time[recorded] for recorded in imitation.recorded]
     nominal = _forces(world, setup, [], lasting)
     rng = np.random.default_rng(case.seed)
     labels = [true]
-    drawn = [[with_causes - without for _, with_causes, without in pairs]]
+    drawn = [imitation.left()]
     for name in world.causes("library"):
         for seed in rng.integers(2**31, size=forms).tolist():
             labels.append(name)
             forces = _forces(world, setup, [world.draw(name, seed, setup.rig, SMALL)], lasting)
             drawn.append([f - without for f, without in zip(forces, nominal, strict=True)])
-    return tangents.gram(drawn), labels, rng
+    return imitation.gram(drawn), labels, rng
 
 
 def _forces(

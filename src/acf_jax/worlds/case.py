@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from acf_jax.errors import InputError
-from acf_jax.worlds.distance import Tangents, distance, size_at_distance
+from acf_jax.worlds.distance import distance, size_at_distance
 from acf_jax.worlds.interface import AbstractCause, AbstractWorld, Array, Impact, find_world
 from acf_jax.worlds.setup import Setup, draw_setup
 
@@ -72,12 +72,10 @@ def make_case(
     drawn = bool(rng.random() < 0.2)
     setup = draw_setup(rng, drawn if coloured is None else coloured)
     seeds = [int(s) for s in rng.integers(2**31, size=len(effects))]
-    plain = find_world("scipy")  # without causes all worlds agree, and this one is the fastest
-    tangents = Tangents(plain, setup) if effects and target is not None else None
     sizes = {
         name: (1.0 if size is None else size)
         if target is None
-        else size_at_distance(engine, setup, name, own, target, tangents)
+        else size_at_distance(engine, setup, name, own, target)
         for name, own in zip(effects, seeds, strict=True)
     }
     causes = {
@@ -92,7 +90,7 @@ def make_case(
         setup=setup,
         causes=causes,
         sizes=sizes,
-        distance=distance(engine, seen, list(causes.values()), Tangents(plain, seen)) if causes else 0.0,
+        distance=distance(engine, seen, list(causes.values())) if causes else 0.0,
         outside_library=bool(set(effects) & set(engine.causes("beyond"))),
         trials=trials,
         held_out=_record_held_out(engine, setup, list(causes.values())),
