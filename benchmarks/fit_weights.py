@@ -55,7 +55,7 @@ def read_run(run: Path) -> list[Case]:
 
 def _case(content: dict[str, Any], answer: Answer) -> Case:
     found = [
-        Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]))
+        Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]), f.get("log_volume"))
         for f in content["evidence"]["fits"]
     ]
     samples, doubt = content["evidence"]["samples"], content["evidence"].get("noise_doubt", 0.0)

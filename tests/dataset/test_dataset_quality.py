@@ -53,6 +53,19 @@ def test_covariance_of_the_noise():
     np.testing.assert_allclose(covariance[0, 1] / noise.std**2, expected)
 
 
+def test_a_zeroed_sensor_keeps_its_zero():
+    time = np.arange(-44, 0) / 8000.0
+    found = []
+    for seed in range(60):
+        forces = np.random.default_rng(seed).standard_normal((10, time.size))
+        found.append([fit_noise([Trace(time, force + level) for force in forces], 1.0).offset for level in (0.0, 5.0)])
+    zeroed, shifted = np.array(found).T
+    by_chance = 400**-0.5  # N, of the mean of what is surely before contact
+    assert 0.6 < (zeroed == 0.0).mean() < 0.8
+    assert np.sqrt((zeroed**2).mean()) < 0.7 * by_chance
+    assert np.sqrt(((shifted - 5.0) ** 2).mean()) == pytest.approx(by_chance, rel=0.2)
+
+
 def test_offset_and_drift_of_the_sensor():
     time = np.arange(-400, 200) / 8000.0
     force = 4.0 + 30.0 * time + np.random.default_rng(0).normal(0.0, 0.2, time.size)

@@ -26,7 +26,7 @@ class Noise:
     std: float  # N, of one sample
     share: float = 0.0  # of the variance that is correlated; 0: white
     correlation_time: float = 0.0  # s
-    offset: float = 0.0  # N, mean of the approach over all trials
+    offset: float = 0.0  # N, of the approach over all trials, as far as it is beyond chance
     samples: int = 0  # samples that the estimate rests on
     source: str = "approach"  # or stated, differences, repeats, assumed
 
@@ -119,9 +119,9 @@ def fit_noise(traces: Sequence[Trace], stated: float | None = None) -> Noise | N
     count = sum(force.size for force, _ in groups)
     if count < 10:
         return None
-    white, mean, std = _fit(groups, 0.0, 1.0)
+    white, offset, std = _fit(groups, 0.0, 1.0)
     if all(constant):
-        return Noise(0.0, offset=mean, samples=count)
+        return Noise(0.0, offset=offset, samples=count)
     step = min(step for _, step in groups)
     window = max(step * force.shape[1] for force, step in groups)
     starts = [(share, tau) for share in (0.1, 0.3, 0.6, 0.95) for tau in np.geomspace(step, 2 * window, 7)]
@@ -139,13 +139,13 @@ def fit_noise(traces: Sequence[Trace], stated: float | None = None) -> Noise | N
 
     loss, share, tau = coloured(None)
     if 2.0 * (white - loss) < _COLOURED:
-        return Noise(std, offset=mean, samples=count)
-    _, mean, std = _fit(groups, share, tau)
+        return Noise(std, offset=offset, samples=count)
+    _, offset, std = _fit(groups, share, tau)
     if stated:
         loss_held, *held = coloured(stated)
         if 2.0 * (loss_held - loss) < _CONTRADICTS:
             (share, tau), std = held, stated
-    return Noise(std, share, tau, mean, count)
+    return Noise(std, share, tau, offset, count)
 
 
 def difference_noise(traces: Sequence[Trace]) -> Noise | None:
@@ -194,7 +194,11 @@ def _group(traces: Sequence[Trace]) -> list[tuple[Array, float]]:
 def _fit(
     groups: list[tuple[Array, float]], share: float, tau: float, std: float | None = None
 ) -> tuple[float, float, float]:
-    """Negative log likelihood, mean and std at one correlation; both profiled out, std only where it is not given."""
+    """Negative log likelihood, offset and std at one correlation; both profiled out, std only where it is not given.
+
+    The offset is the mean less what noise alone would make of it (James and Stein's estimate, never beyond zero): a
+    sensor that was zeroed keeps its zero, instead of an error that all readings would share.
+    """
     whitened, count, logdet = [], 0, 0.0
     for force, step in groups:
         time = step * np.arange(force.shape[1], dtype=float)
@@ -207,4 +211,6 @@ def _fit(
     mean = sum(float((z @ one).sum()) for z, one in whitened) / weight
     variance = sum(float(((z - mean * one) ** 2).sum()) for z, one in whitened) / (count - 1)
     spread = max(variance, 1e-300) if std is None else std**2
-    return 0.5 * (count * (float(np.log(spread)) + variance / spread) + logdet), mean, spread**0.5
+    by_chance = spread / weight  # variance of the mean
+    offset = mean * max(0.0, 1.0 - by_chance / mean**2) if mean else 0.0
+    return 0.5 * (count * (float(np.log(spread)) + variance / spread) + logdet), offset, spread**0.5

@@ -115,6 +115,12 @@ def go_on(observations: Observations, fitted: Fit) -> Fit:
     return fit(observations, fitted.explanation, fitted.theta, fitted.own, tolerance=tolerance)
 
 
+def again(observations: Observations, fitted: Fit) -> Fit:
+    """A fit to the same trials once more, near the optimum already, since their noise turned out to be another."""
+    tolerance = _tolerance(fitted.explanation)
+    return fit(observations, fitted.explanation, fitted.theta, fitted.own, warm=True, tolerance=tolerance)
+
+
 def best(fits: Iterable[Fit]) -> Fit:
     """The fit with the lowest objective; of equals the first."""
     return min(fits, key=lambda f: f.objective)

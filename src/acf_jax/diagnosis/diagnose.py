@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from acf_jax.dataset import GapDataset, Quality, assess_dataset
+from acf_jax.dataset.noise import approach_samples
 from acf_jax.diagnosis import separate
+from acf_jax.diagnosis.colour import recoloured
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.observe import Observations, observe
@@ -14,6 +16,7 @@ from acf_jax.diagnosis.outliers import outliers
 from acf_jax.diagnosis.peaks import same_peaks
 from acf_jax.diagnosis.score import (
     UNKNOWN,
+    Evidence,
     Scored,
     components,
     credible_set,
@@ -31,6 +34,7 @@ from acf_jax.diagnosis.trigger import with_scatter
 from acf_jax.diagnosis.unseen import Unseen
 from acf_jax.diagnosis.validate import GapFigures, HeldOut, figures, hold_out
 from acf_jax.diagnosis.verdict import judge, stands
+from acf_jax.diagnosis.volume import volumes
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
 
@@ -39,6 +43,7 @@ ONE_CONDITION = (
     " add trials at another contact velocity"
 )
 NOT_COMPARED = "its trace holds nothing to compare: no impact, or its end, lies behind first contact"
+NEAR = 120.0  # chi-square of the whole gap below which it is told how free an effect was to explain it
 HOPEFUL = 0.7  # where the interval of the shrinkage reaches it, the explanation is not doubted
 
 
@@ -63,6 +68,7 @@ class Diagnosis:
     shrinkage_peak: Shrinkage | None
     fits: tuple[Fit, ...]  # the paper's model first, the others most probable first
     probability: tuple[float, ...]  # of each fit
+    evidence: tuple[Evidence, ...]  # that it rests on
     nominal: Fit
     corrected: Fit
     held: dict[str, HeldOut]
@@ -106,8 +112,11 @@ def diagnose(
         kept = np.array([name not in left_out for name in observations.names])
         observations = with_scatter(observations.subset(kept))
         recalibrated, fits = fit_all(observations, effects, progress)
-    fits = [recalibrated, *fits]
-    evidence = [evidence_of(f) for f in fits]
+    progress("asking what the noise is like")
+    traces = [t.trace for t in dataset.trials if t.trace and t.name in observations.names]
+    observations, fits = recoloured(observations, [recalibrated, *fits], list(map(approach_samples, traces)))
+    recalibrated = fits[0]
+    evidence = _evidence(observations, fits)
     probability = probabilities(evidence, observations.n_used, noise_doubt=observations.noise.doubt)
     scored = explanations(fits, probability)
     credible = credible_set(scored)
@@ -130,7 +139,7 @@ def diagnose(
         "corrected": unseen.of(corrected),
     }
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
-    fits, probability = [fits[i] for i in order], probability[order]
+    fits, probability, evidence = [fits[i] for i in order], probability[order], [evidence[i] for i in order]
 
     progress("asking what these trials can tell apart")
     detectability = tuple(separate.detectability(observations, recalibrated))
@@ -170,6 +179,7 @@ def diagnose(
         ),
         fits=tuple(fits),
         probability=tuple(float(p) for p in probability),
+        evidence=tuple(evidence),
         nominal=nominal,
         corrected=corrected,
         held=held,
@@ -177,6 +187,16 @@ def diagnose(
         excluded=excluded,
         warnings=(*quality.warnings, *_warnings(corrected), *([] if unseen.exists else [ONE_CONDITION])),
     )
+
+
+def _evidence(observations: Observations, fits: Sequence[Fit]) -> list[Evidence]:
+    """What of each fit counts, the recalibrated model's first, with the price of its freedom where that can be told."""
+    gap = 2 * (fits[0].objective - min(f.objective for f in fits))
+    shares = volumes(observations, fits[0], fits) if gap < NEAR else {}
+    return [
+        evidence_of(f)._replace(volume=shares.get(f.explanation[0]) if len(f.explanation) == 1 else None)
+        for f in fits
+    ]
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:

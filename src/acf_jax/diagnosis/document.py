@@ -6,7 +6,7 @@ import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.score import UNKNOWN, capped, evidence_of
+from acf_jax.diagnosis.score import UNKNOWN, capped
 from acf_jax.diagnosis.shrinkage import Shrinkage
 from acf_jax.diagnosis.space import Explanation, parameters
 
@@ -61,8 +61,9 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
                     "effects": list(e.explanation),
                     "chi_square": _round(e.chi_square),
                     "rig_strain": [_round(s) for s in e.strain],
+                    "log_volume": _round(e.volume),
                 }
-                for e in map(evidence_of, d.fits)
+                for e in d.evidence
             ],
         },
         "excluded_trials": [{"trial": name, "reason": reason} for name, reason in d.excluded.items()],

@@ -133,7 +133,7 @@ def linearise(
 ) -> Linearisation:
     """Run the simulator and compare it with the measured samples; `reach` is that of `forward`."""
     o = observations
-    spread = np.column_stack([o.rel_std[0] * o.v_e, o.rel_std[1] * o.f_p, o.trigger_std * o.interval])
+    spread = o.nuisance_std
     shift = own * spread
     theta = at.value(u)
     forces = forward(explanation, theta[:-1], o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
@@ -167,7 +167,7 @@ def compare(
 
 
 @dataclass(frozen=True)
-class _Normal:
+class Normal:
     """Normal equations with the nuisances eliminated."""
 
     hessian: np.ndarray
@@ -177,7 +177,7 @@ class _Normal:
     cross: np.ndarray
 
 
-def _normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float) -> _Normal:
+def normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> Normal:
     """With the noise variance multiplied by `inflation`."""
     r, j, k = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_own))
     own_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(N_OWN))
@@ -190,7 +190,7 @@ def _normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inf
         + np.eye(len(u))
     )
     gradient = u - np.einsum("ipn,in->p", j, r) - np.einsum("ipb,ib->p", reduced, own_gradient)
-    return _Normal(hessian, gradient, own_inverse, own_gradient, cross)
+    return Normal(hessian, gradient, own_inverse, own_gradient, cross)
 
 
 def _objective(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> float:
@@ -203,7 +203,7 @@ def _objective(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation:
 def after_a_step(fitted: Fit, trials: np.ndarray) -> float:
     """Chi-square of some trials, given by index, and of the priors after one more step of a fit, to first order."""
     linear, own = fitted.linear.of(trials), fitted.own[trials]
-    normal = _normal_equations(linear, fitted.u, own, 1.0)
+    normal = normal_equations(linear, fitted.u, own, 1.0)
     by_own = np.einsum("ia,iab,ib->", normal.own_gradient, normal.own_inverse, normal.own_gradient)
     by_parameter = normal.gradient @ np.linalg.solve(normal.hessian, normal.gradient)
     return float(2 * _objective(linear, fitted.u, own) - by_own - by_parameter)
@@ -270,7 +270,7 @@ def fit(
         iterations = 0  # the simulation breaks down at the start: another start has to do
     for _ in range(iterations):
         value = _objective(linear, u, own, inflation)
-        normal = _normal_equations(linear, u, own, inflation)
+        normal = normal_equations(linear, u, own, inflation)
         while damping < STIFFEST:
             step = _bounded_step(normal.hessian, normal.gradient, u, at, damping)
             own_gradient = normal.own_gradient + np.einsum("p,ipa->ia", step, normal.cross)
@@ -299,7 +299,7 @@ def fit(
         grid = grid._replace(pull=0.0)
         linear = linearise(observations, explanation, at, u, own, grid)
     objective = _objective(linear, u, own)
-    hessian = _normal_equations(linear, u, own, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
+    hessian = normal_equations(linear, u, own, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
     with np.errstate(over="ignore"):  # of an unstable integration
         chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)
     residual = np.where(observations.used, observations.force - linear.predicted, 0.0)

@@ -48,6 +48,13 @@ class Observations:
         return int(self.used.sum())
 
     @property
+    def nuisance_std(self) -> np.ndarray:
+        """(trials, 3) prior standard deviation of each trial's velocity, m/s, pretension, N, and trigger time, s."""
+        return np.column_stack(
+            [self.rel_std[0] * self.v_e, self.rel_std[1] * self.f_p, self.trigger_std * self.interval]
+        )
+
+    @property
     def traced(self) -> np.ndarray:
         """(trials, n) the compared samples that are of a trace."""
         return self.used & ~self.peak_only[:, None]

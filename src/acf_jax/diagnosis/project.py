@@ -1,10 +1,29 @@
-"""What nominal parameters and nuisances cannot imitate: inner products of signatures with their part projected off."""
+"""A fit's surroundings to second order: what its parameters and nuisances cannot imitate of a signal, and what of the
+residual a signal explains."""
 
+import itertools
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import N_OWN, Linearisation
+from acf_jax.diagnosis.fit import Fit, normal_equations
+
+NEAR = 6.0  # prior standard deviations from a bound, within which it may be in the way of an answer
+
+
+class Reduced(NamedTuple):
+    """Signals (k, trials, n) with the trials' own nuisances eliminated."""
+
+    plain: np.ndarray  # (k, k) inner products
+    on_residual: np.ndarray  # (k,) with the residual
+    on_parameters: np.ndarray  # (k, p) with the derivatives by the parameters
+
+    def of(self, signals: np.ndarray) -> "Reduced":
+        """Those of some of the signals."""
+        return Reduced(
+            self.plain[signals][:, signals], self.on_residual[signals], self.on_parameters[signals]
+        )
 
 
 @dataclass(frozen=True)
@@ -12,40 +31,101 @@ class Projector:
     """P = (I + A A')^-1 for the derivatives A of parameters and nuisances, in units of their priors.
 
     x' P y is the inner product of whitened signals after the best answer of parameters and nuisances, at the cost that
-    their priors set. Signals have the shape (trials, n).
+    their priors set. Signals have the shape (trials, n). The point need not be an optimum: what a step of the
+    parameters would still explain is no signal's merit.
     """
 
     by_parameter: np.ndarray
     by_own: np.ndarray
+    residual: np.ndarray
     own_inverse: np.ndarray
-    hessian_inverse: np.ndarray
+    own_gradient: np.ndarray  # (trials, 3)
+    hessian: np.ndarray  # (p, p)
+    gradient: np.ndarray  # (p,)
+    low: np.ndarray  # (p,) how far each parameter is from its lower bound, negative
+    high: np.ndarray
 
     @classmethod
-    def at(cls, linear: Linearisation) -> "Projector":
-        """The projector at a linearisation."""
-        j, own = linear.by_parameter, linear.by_own
-        own_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", own, own) + np.eye(N_OWN))
-        cross = np.einsum("ipn,ian->ipa", j, own)
-        reduced = np.einsum("ipa,iab,iqb->pq", cross, own_inverse, cross, optimize=True)
-        hessian = np.einsum("ipn,iqn->pq", j, j, optimize=True) - reduced + np.eye(j.shape[1])
-        return cls(j, own, own_inverse, np.linalg.inv(hessian))
+    def of(cls, fitted: Fit) -> "Projector":
+        """The projector at a fit."""
+        linear, normal = fitted.linear, normal_equations(fitted.linear, fitted.u, fitted.own)
+        return cls(
+            linear.by_parameter,
+            linear.by_own,
+            linear.residual,
+            normal.own_inverse,
+            normal.own_gradient,
+            normal.hessian,
+            normal.gradient,
+            fitted.coordinates.low - fitted.u,
+            fitted.coordinates.high - fitted.u,
+        )
+
+    def reduce(self, signals: np.ndarray) -> Reduced:
+        """The inner products of signals (k, trials, n) that everything else follows from."""
+        on_own = np.einsum("ian,kin->kia", self.by_own, signals, optimize=True)
+        answered = np.einsum("iab,kib->kia", self.own_inverse, on_own)
+        plain = np.einsum("kin,lin->kl", signals, signals, optimize=True)
+        cross = np.einsum("ipn,ian->ipa", self.by_parameter, self.by_own, optimize=True)
+        direct = np.einsum("ipn,kin->kp", self.by_parameter, signals, optimize=True)
+        return Reduced(
+            plain - np.einsum("kia,lia->kl", on_own, answered),
+            np.einsum("in,kin->k", self.residual, signals)
+            + np.einsum("ia,kia->k", self.own_gradient, answered),
+            direct - np.einsum("ipa,kia->kp", cross, answered, optimize=True),
+        )
 
     def gram(self, signals: np.ndarray) -> np.ndarray:
         """x' P y of all pairs of `signals` (k, trials, n): (k, k)."""
-        on_own, plain = self._own_part(signals)
-        on_parameters = self._parameter_part(signals, on_own)
-        return plain - on_parameters @ self.hessian_inverse @ on_parameters.T
+        return self._gram(self.reduce(signals))
+
+    def distances(self, reduced: Reduced) -> np.ndarray:
+        """Root of x' P x of each signal, (k,)."""
+        return np.sqrt(np.maximum(np.diag(self._gram(reduced)), 0.0))
+
+    def _gram(self, reduced: Reduced) -> np.ndarray:
+        answer = np.linalg.solve(self.hessian, reduced.on_parameters.T)
+        return np.asarray(reduced.plain - reduced.on_parameters @ answer)
 
     def gram_of_nuisances(self, signals: np.ndarray) -> np.ndarray:
         """The same with only the trials' own nuisances projected off."""
-        return self._own_part(signals)[1]
+        return self.reduce(signals).plain
 
-    def _own_part(self, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        on_own = np.einsum("ian,kin->kia", self.by_own, signals, optimize=True)
-        taken = np.einsum("kia,iab,lib->kl", on_own, self.own_inverse, on_own, optimize=True)
-        return on_own, np.einsum("kin,lin->kl", signals, signals, optimize=True) - taken
+    def promise(self, signal: np.ndarray) -> tuple[float, float]:
+        """How much of a signal (trials, n) explains most of the residual, and the chi-square that this would gain.
 
-    def _parameter_part(self, signals: np.ndarray, on_own: np.ndarray) -> np.ndarray:
-        cross = np.einsum("ipn,ian->ipa", self.by_parameter, self.by_own, optimize=True)
-        direct = np.einsum("ipn,kin->kp", self.by_parameter, signals, optimize=True)
-        return direct - np.einsum("ipa,iab,kib->kp", cross, self.own_inverse, on_own, optimize=True)
+        A parameter that presses against its bound is held there.
+        """
+        pressing = ((self.low > -1e-6) & (self.gradient > 0)) | ((self.high < 1e-6) & (self.gradient < 0))
+        free = ~pressing
+        plain, on_residual, on_parameters = (part[0] for part in self.reduce(signal[None]))
+        answer = np.linalg.solve(self.hessian[free][:, free], on_parameters[free])
+        size = float(plain[0] - on_parameters[free] @ answer)
+        taken = float(on_residual + self.gradient[free] @ answer)
+        return (taken / size, taken**2 / size) if size > 0 else (0.0, 0.0)
+
+    def gains(self, reduced: Reduced, amounts: np.ndarray) -> np.ndarray:
+        """By how much half the chi-square falls where signals explain part of the residual, (k, m).
+
+        `amounts` (k, m) of each signal are tried, each with the best answer of parameters within their bounds and of
+        nuisances; of an amount of zero the gain is what that answer alone is worth.
+        """
+        of_nuisances = 0.5 * np.einsum("ia,iab,ib->", self.own_gradient, self.own_inverse, self.own_gradient)
+        alone = (
+            of_nuisances
+            + amounts * reduced.on_residual[:, None]
+            - 0.5 * amounts**2 * np.diag(reduced.plain)[:, None]
+        )
+        pull = -self.gradient - amounts[..., None] * reduced.on_parameters[:, None]
+        best = np.full(amounts.shape, -np.inf)
+        near = np.flatnonzero(self.low > -NEAR)
+        for is_held in itertools.product((False, True), repeat=len(near)):
+            held = np.zeros(len(self.low), bool)
+            held[near] = is_held
+            step = np.where(held, self.low, np.zeros_like(pull))
+            rest = (pull - step @ self.hessian)[..., ~held]
+            step[..., ~held] = np.linalg.solve(self.hessian[~held][:, ~held], rest[..., None])[..., 0]
+            gained = (pull * step).sum(-1) - 0.5 * np.einsum("kmp,pq,kmq->km", step, self.hessian, step)
+            is_within = (step >= self.low - 1e-9).all(-1)
+            best = np.where(is_within, np.maximum(best, gained), best)
+        return alone + best

@@ -15,6 +15,7 @@ CREDIBLE = 0.95
 SAMPLES_A_PIECE = 10.0  # samples that count as one piece where there are few
 CONVINCING = 0.4  # shrinkage on unseen conditions below which an explanation is doubted
 IN_SERIES = ("robot", "sensor")  # components that all of the contact force passes
+LEAST_FREE, MOST_FREE = 0.5, 7.0  # log shares that are believed
 HIGHEST = 0.995  # no probability is stated higher: a world outside these models always remains
 
 
@@ -39,6 +40,7 @@ class Weights:
     exact: float = 0.5  # share of the likelihood that always counts beside a form that leaves only noise
     exact_of_all: float = 0.01  # the same where that form has another number of effects
     effect: float = 5.3  # cost of one effect, in log probability
+    rare: float = 2.1  # the same, where it is known how free it was to explain what it does
     second: float = 5.5  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
     port: float = 14.5  # cost of the free discrepancy at a port
@@ -67,10 +69,15 @@ def is_port(explanation: Explanation) -> bool:
     return bool(explanation) and explanation[0] in ports()
 
 
-def cost(explanation: Explanation, weights: Weights = WEIGHTS) -> float:
-    """Log probability that an explanation has less than the paper's model before any data."""
+def cost(explanation: Explanation, weights: Weights = WEIGHTS, volume: float | None = None) -> float:
+    """Log probability that an explanation has less than the paper's model before any data.
+
+    Where it is known how free the effect was, `volume`, that takes the place of what its freedom costs on average.
+    """
     if not explanation:
         return 0.0
+    if volume is not None:
+        return weights.rare + float(np.clip(-volume, LEAST_FREE, MOST_FREE))
     if is_port(explanation):
         return weights.port
     known = [every_effect()[name] for name in explanation]
@@ -87,12 +94,20 @@ class Evidence(NamedTuple):
     explanation: Explanation
     chi_square: float
     strain: tuple[float, ...]  # squared deviations of m, d, k_F, k_C from their priors, in prior std
+    volume: float | None = (
+        None  # log share of what a single effect can do that explains as much, where it is known
+    )
 
 
 def evidence_of(fitted: Fit) -> Evidence:
     """The evidence of a fit."""
     strain = fitted.u[: len(RIG)] ** 2
     return Evidence(fitted.explanation, float(2 * fitted.objective - strain.sum()), tuple(strain.tolist()))
+
+
+def noise_level(samples: int, weights: Weights = WEIGHTS, noise_doubt: float = 0.0) -> float:
+    """The chi-square that noise alone may leave, a little more than is known of it."""
+    return float(samples * (1 + weights.margin + noise_doubt + 3 * np.sqrt(2 / samples)))
 
 
 def log_scores(
@@ -103,7 +118,7 @@ def log_scores(
     The nameless cause would leave nothing but noise, here a little more than the noise as known, and by the share
     `noise_doubt` more where its colour is hardly known (`acf_jax.dataset.Noise.doubt`).
     """
-    noise = samples * (1 + weights.margin + noise_doubt + 3 * np.sqrt(2 / samples))
+    noise = noise_level(samples, weights, noise_doubt)
     chi2 = np.append([e.chi_square for e in evidence], noise)
     gap, excess = chi2[0] - chi2.min(), chi2 - chi2.min()
     misfit = _misfit(excess, weights.rho_squared * gap, weights.nu, samples)
@@ -113,7 +128,7 @@ def log_scores(
             told = 0.5 * share * (chi2[alike] - chi2[alike].min())
             misfit[alike] = np.maximum(misfit[alike], misfit[alike].min() + told)
     strained = _strained(evidence, weights)
-    costs = [cost(e.explanation, weights) for e in evidence]
+    costs = [cost(e.explanation, weights, e.volume) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 
 

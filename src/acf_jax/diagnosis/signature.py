@@ -33,7 +33,7 @@ class Ground:
     def of(cls, observations: Observations, fitted: Fit) -> "Ground":
         """The rig of a fit."""
         bare = _residual(observations, fitted, (), [])
-        return cls(observations, fitted, Projector.at(fitted.linear), bare)
+        return cls(observations, fitted, Projector.of(fitted), bare)
 
     def signatures(
         self, name: str, begins: Sequence[list[float]]
@@ -47,19 +47,15 @@ class Ground:
     def promise(self, name: str) -> Promise:
         """How much of what the fit leaves an effect explains, over its starts and where else fits look.
 
-        To first order: of the residual r a signature s may take (r' s)^2 / s' P s, with a sign that the effect allows.
+        To first order: a signature s takes (r' P s)^2 / s' P s of the residual r, with a sign that the effect allows.
         """
         strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
         begins = [*starts(name), *looks(name)]
         best = Promise(0.0, np.array(begins[0]), begins[0])
         for start, signal, two_sided in self.signatures(name, begins):
-            # at the optimum the residuals, those of the priors included, are orthogonal to all that was fitted
-            taken = float((self.fitted.linear.residual * signal).sum())
-            size = self.projector.gram(signal[None])[0, 0]
-            if size > 0 and (two_sided or taken > 0) and taken**2 / size > best.gain:
-                best = Promise(
-                    taken**2 / size, np.where(strengths, taken / size, 1.0) * np.array(start), start
-                )
+            amount, gain = self.projector.promise(signal)
+            if (two_sided or amount > 0) and gain > best.gain:
+                best = Promise(gain, np.where(strengths, amount, 1.0) * np.array(start), start)
         return best
 
 

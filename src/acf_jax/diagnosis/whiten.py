@@ -16,6 +16,8 @@ class Whitener:
     def __init__(self, times: np.ndarray, used: np.ndarray, noise: Noise):
         """`times`: (trials, n) s, increasing where `used` (trials, n): samples first, padding after them."""
         self.used, self.noise = used[:, None], noise
+        # of the standard deviations of all samples beyond what those before them say
+        self.log_volume = float(used.sum() * np.log(noise.std))
         if noise.is_white:
             return
         independent = 1 - noise.share
@@ -28,6 +30,7 @@ class Whitener:
             scale[:, k] = 1 / (noise.std * np.sqrt(variance + independent))
             again = decay[:, k] ** 2
             variance = again * gain[:, k] * independent + (1 - again) * noise.share
+        self.log_volume = -float(np.log(scale[used]).sum())
         self.decay, self.gain, self.scale = (part.T[:, :, None] for part in (decay, gain, scale))
 
     def __call__(self, values: np.ndarray) -> np.ndarray:

@@ -1,0 +1,113 @@
+"""The colour of the noise as the best explanation shows it, too: the samples before contact may be too few to tell."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from scipy.optimize import minimize
+
+from acf_jax.dataset import Noise, Trace
+from acf_jax.diagnosis.candidates import again, in_parallel
+from acf_jax.diagnosis.fit import Fit, after_a_step, linearise, normal_equations
+from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.score import noise_level
+from acf_jax.diagnosis.trigger import with_scatter
+from acf_jax.diagnosis.whiten import Whitener
+
+WORTH = 6.0  # log likelihood that another colour has to gain: 0.25 % false alarms of two parameters
+STARTS = [
+    (share, steps) for share in (0.3, 0.9) for steps in (1.0, 3.0)
+]  # share, correlation time in samples
+SHORTEST, LONGEST = 0.2, 100.0  # correlation time in samples
+SHARE = 0.999  # of the variance that is correlated, at most
+
+
+def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -> Noise:
+    """The noise whose colour makes the approaches and what the best explanation leaves most probable.
+
+    The likelihood is that of the residuals with all that was fitted integrated out to first order, so that what a fit
+    took of slow noise does not count as calm. The standard deviation stays as it is known.
+
+    **Arguments:** `best`: a fit that leaves nothing but noise. `approaches`: the samples before contact.
+
+    **Returns:** the noise as it is known where another colour gains too little, with the number of samples that
+    now stand behind it.
+    """
+    known = observations.noise
+    raw = replace(observations, noise=Noise(1.0))
+    bare = replace(
+        best, linear=linearise(raw, best.explanation, best.coordinates, best.u, best.own, best.grid)
+    )
+    before = _Approach(approaches, known.offset)
+    step = float(np.median(observations.intervals))
+
+    def noise(x: np.ndarray) -> Noise:
+        share = SHARE / (1 + np.exp(-np.clip(x[0], -9, 9)))
+        steps = np.exp(np.clip(x[1], np.log(SHORTEST), np.log(LONGEST)))
+        return replace(known, share=float(share), correlation_time=float(step * steps))
+
+    def loss(noise: Noise) -> float:
+        return -_log_likelihood(observations, bare, noise) - before.log_likelihood(noise)
+
+    starts = [np.array([np.log(share / (1 - share)), np.log(steps)]) for share, steps in STARTS]
+    begin = min(starts, key=lambda x: loss(noise(x)))
+    found = noise(
+        minimize(
+            lambda x: loss(noise(x)), begin, method="Nelder-Mead", options={"xatol": 1e-2, "fatol": 1e-2}
+        ).x
+    )
+    samples = before.samples + observations.n_used
+    return replace(found if loss(known) - loss(found) > WORTH else known, samples=samples)
+
+
+def recoloured(
+    observations: Observations, fits: Sequence[Fit], approaches: Sequence[Trace]
+) -> tuple[Observations, list[Fit]]:
+    """The observations with the noise of `colour`, and all fits as they are with it.
+
+    Where even the best fit leaves more than noise, all stays as it is.
+    """
+    best = min(fits, key=lambda f: f.objective)
+    known = observations.noise
+    if observations.peak_only.all() or 2 * best.objective > noise_level(
+        observations.n_used, noise_doubt=known.doubt
+    ):
+        return observations, list(fits)
+    noise = colour(observations, best, approaches)
+    observations = replace(observations, noise=noise)
+    if (noise.share, noise.correlation_time) == (known.share, known.correlation_time):
+        return observations, list(fits)
+    observations = with_scatter(observations)
+    return observations, in_parallel([partial(again, observations, f) for f in fits])
+
+
+class _Approach:
+    """The samples before contact, padded to one length."""
+
+    def __init__(self, traces: Sequence[Trace], offset: float):
+        n = max(trace.time.size for trace in traces)
+        self.used = np.array([np.arange(n) < trace.time.size for trace in traces])
+        self.time = np.stack([np.pad(trace.time, (0, n - trace.time.size)) for trace in traces])
+        self.force = np.stack([np.pad(trace.force - offset, (0, n - trace.time.size)) for trace in traces])
+        self.samples = int(self.used.sum())
+
+    def log_likelihood(self, noise: Noise) -> float:
+        whiten = Whitener(self.time, self.used, noise)
+        return -0.5 * float((whiten(self.force[:, None]) ** 2).sum()) - whiten.log_volume
+
+
+def _log_likelihood(observations: Observations, bare: Fit, noise: Noise) -> float:
+    """Of the compared samples, parameters and nuisances integrated out; `bare`: a fit whose linearisation is in N."""
+    whiten = Whitener(observations.time, observations.used, noise)
+    linear = bare.linear
+    white = replace(
+        linear,
+        residual=whiten(linear.residual[:, None])[:, 0],
+        by_parameter=whiten(linear.by_parameter),
+        by_own=whiten(linear.by_own),
+    )
+    normal = normal_equations(white, bare.u, bare.own)
+    volume = np.linalg.slogdet(normal.own_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
+    left = after_a_step(replace(bare, linear=white), np.arange(len(bare.own)))
+    return float(0.5 * volume - 0.5 * left - whiten.log_volume)
