@@ -12,9 +12,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from acf_jax.diagnosis.fit import FARTHEST, N_OWN
+from acf_jax.diagnosis.fit import FARTHEST, LEAST_ZERO, N_OWN
 from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations
-from acf_jax.diagnosis.space import Explanation, coordinates, starts
+from acf_jax.diagnosis.space import COMMON, Explanation, begin, coordinates, starts
 
 STEP = 1e-2  # of a difference, in prior standard deviations
 FTOL = 1e-5  # as `acf_jax.diagnosis.fit.fit` stops
@@ -113,7 +113,7 @@ class Problem:
     def __init__(self, observations: Observations, explanation: Explanation, simulate: Simulate):
         o = observations
         trigger = COMMON_TRIGGER * max(float(np.median(o.interval)), 1e-6)
-        self.at = coordinates(o.prior, explanation, trigger)
+        self.at = coordinates(o.prior, explanation, (max(o.noise.offset_std, LEAST_ZERO), trigger))
         self.observations, self.explanation, self.simulate = o, explanation, simulate
         self.counts = o.used.sum(1)
         self.spread = np.column_stack([o.rel_std[0] * o.v_e, o.rel_std[1] * o.f_p, TRIGGER * o.interval])
@@ -126,14 +126,16 @@ class Problem:
 
     def whitened(self, points: Sequence[Array]) -> list[Array]:
         """Whitened residuals of the samples, one vector a point; all points are simulated in one call."""
-        o, thetas, v_e, f_p, times = self.observations, [], [], [], []
+        o, thetas, v_e, f_p, times, zeros = self.observations, [], [], [], [], []
         for x in points:
             u, own = self.split(x)
             theta, shift = self.at.value(u), own * self.spread
-            thetas.append(np.tile(theta[:-1, None], len(own)))
+            thetas.append(np.tile(theta[:-COMMON, None], len(own)))
             v_e.append(o.v_e + shift[:, 0])
             f_p.append(o.f_p + shift[:, 1])
-            late = shift[:, 2] + theta[-1]
+            zero, delay = theta[-COMMON:]
+            zeros.append(zero)
+            late = shift[:, 2] + delay
             times += [o.time[i, :n] - late[i] for i, n in enumerate(self.counts)]
         self.simulations += len(times)
         forces = iter(
@@ -141,7 +143,7 @@ class Problem:
                 self.explanation, np.concatenate(thetas, 1), np.concatenate(v_e), np.concatenate(f_p), times
             )
         )
-        return [self._white([next(forces) for _ in self.counts]) for _ in points]
+        return [self._white([next(forces) + zero for _ in self.counts]) for zero in zeros]
 
     def _white(self, forces: Sequence[Array]) -> Array:
         """Whitened residuals of the samples, one trial's after the other's."""
@@ -189,6 +191,6 @@ def fit(observations: Observations, explanation: Explanation, simulate: Simulate
     problem = Problem(observations, explanation, simulate)
     prior = observations.prior.values
     own = starts(explanation[0]) if explanation else [[]]
-    answers = [problem.solve(np.concatenate([prior, start, [0.0]])) for start in own]
+    answers = [problem.solve(begin(prior, start)) for start in own]
     best = min(answers, key=lambda answer: answer.objective)
     return best._replace(simulations=sum(answer.simulations for answer in answers))

@@ -7,7 +7,7 @@ from acf_jax.dataset import assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.fit import grid_for, linearise
 from acf_jax.diagnosis.observe import Observations, observe
-from acf_jax.diagnosis.space import starts
+from acf_jax.diagnosis.space import begin, starts
 from benchmarks import fit_speed
 from benchmarks.drawn_set import draw_set
 from benchmarks.peers import scipy_fit
@@ -33,7 +33,7 @@ def test_the_drawn_set_repeats_its_conditions_and_itself():
 def test_both_have_the_same_residuals_and_derivatives(few, explanation, simulate):
     problem = scipy_fit.Problem(few, explanation, simulate)
     start = np.mean(starts(explanation[0]), axis=0) if explanation else []
-    u = problem.at.coordinate(np.concatenate([few.prior.values, start, [0.0]]))
+    u = problem.at.coordinate(begin(few.prior.values, start))
     own = 0.5 * np.random.default_rng(0).standard_normal((len(few.names), 3))
     ours = linearise(few, explanation, problem.at, u, own, grid_for(few, problem.explanation))
     x = np.concatenate([u, own.ravel()])
@@ -56,4 +56,4 @@ def test_both_find_the_same_optimum(few):
     ours = fit_nominal(few)
     theirs = scipy_fit.fit(few, (), scipy_fit.all_at_once)
     assert theirs.objective == pytest.approx(ours.objective, rel=1e-3)
-    np.testing.assert_allclose(theirs.u, ours.u, atol=0.1)
+    np.testing.assert_allclose(theirs.u, ours.u, atol=0.1, rtol=0.02)

@@ -58,7 +58,9 @@ def test_a_zeroed_sensor_keeps_its_zero():
     found = []
     for seed in range(60):
         forces = np.random.default_rng(seed).standard_normal((10, time.size))
-        found.append([fit_noise([Trace(time, force + level) for force in forces], 1.0).offset for level in (0.0, 5.0)])
+        found.append(
+            [fit_noise([Trace(time, force + level) for force in forces], 1.0).offset for level in (0.0, 5.0)]
+        )
     zeroed, shifted = np.array(found).T
     by_chance = 400**-0.5  # N, of the mean of what is surely before contact
     assert 0.6 < (zeroed == 0.0).mean() < 0.8

@@ -1,10 +1,10 @@
 """A fit does not lose an effect for good by a step that goes beyond its bound."""
 
-import numpy as np
 import pytest
 
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.space import begin
 from tests.diagnosis.imagined import RIG, imagined
 
 TAU, ZETA = 1.5e-4, 1.2
@@ -16,7 +16,7 @@ def lagging() -> Observations:
 
 
 def fit_from(observations: Observations, tau: float, **options: int) -> Fit:
-    return fit(observations, ("sensor_lag",), np.array([*RIG.values, tau, 0.8, 0.0]), **options)
+    return fit(observations, ("sensor_lag",), begin(RIG.values, [tau, 0.8]), **options)
 
 
 @pytest.mark.parametrize("start", [1e-4, 1e-3, 4e-3])

@@ -29,7 +29,7 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, int]]:
 
 GROUND: Any = SimpleNamespace(
     observations=SimpleNamespace(prior=SimpleNamespace(values=np.ones(4)), n_used=100),
-    fitted=SimpleNamespace(theta=np.ones(5), own=None, objective=1000.0),
+    fitted=SimpleNamespace(theta=np.ones(6), common=np.zeros(2), own=None, objective=1000.0),
 )
 
 

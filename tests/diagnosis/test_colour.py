@@ -10,6 +10,7 @@ from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.colour import colour, recoloured
 from acf_jax.diagnosis.fit import fit
 from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.space import begin
 from tests.diagnosis.imagined import NOISE, RATE, RIG, imagined
 
 MEMORY = 0.6  # of a sample's noise in the next one
@@ -65,6 +66,6 @@ def test_all_fits_are_made_again_with_the_new_noise() -> None:
 
 def test_what_no_explanation_fits_says_nothing_of_noise() -> None:
     observations, approaches = recorded(MEMORY)
-    wrong = [fit(observations, (), np.append(1.3 * RIG.values, 0.0), warm=True, iterations=0)]
+    wrong = [fit(observations, (), begin(1.3 * RIG.values), warm=True, iterations=0)]
     after, fits = recoloured(observations, wrong, approaches)
     assert after is observations and fits == wrong

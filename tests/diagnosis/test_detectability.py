@@ -10,7 +10,7 @@ from acf_jax.diagnosis import separate
 from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.fit import fit
 from acf_jax.diagnosis.plan import imagine, plan
-from acf_jax.diagnosis.space import every_effect
+from acf_jax.diagnosis.space import begin, every_effect
 from acf_jax.effects import library
 from tests.diagnosis.imagined import CONDITIONS, NOISE, RATE, RIG, imagined
 
@@ -30,7 +30,7 @@ def test_an_effect_that_shows_by_its_second_strength_only_is_seen_with_both(
         peak_only=np.ones(len(CONDITIONS), bool),
         interval=np.zeros(len(CONDITIONS)),
     )
-    nominal = fit(peaks, (), np.append(RIG.values, 0.0), warm=True, iterations=0)
+    nominal = fit(peaks, (), begin(RIG.values), warm=True, iterations=0)
     found = {d.effect: d for d in separate.detectability(peaks, nominal)}
     stop = found["end_stop"]
     assert stop.smallest is not None and 0 < stop.smallest < 1 and stop.distance_at_typical > 3
@@ -38,7 +38,7 @@ def test_an_effect_that_shows_by_its_second_strength_only_is_seen_with_both(
     for d in found.values():
         assert d.smallest is None or d.smallest <= kept[d.effect].parameters()[0].high
     quiet = replace(peaks, noise=Noise(1e4))
-    nominal = fit(quiet, (), np.append(RIG.values, 0.0), warm=True, iterations=0)
+    nominal = fit(quiet, (), begin(RIG.values), warm=True, iterations=0)
     assert all(d.smallest is None for d in separate.detectability(quiet, nominal)), "beyond all ranges"
 
 

@@ -20,7 +20,7 @@ from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.score import UNKNOWN
 from acf_jax.diagnosis.shrinkage import Shrinkage
 from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import Explanation, parameters, starts
+from acf_jax.diagnosis.space import Explanation, begin, parameters, starts
 from acf_jax.diagnosis.validate import figures, hold_out
 from acf_jax.diagnosis.where import gap_map
 from acf_jax.errors import InputError
@@ -134,7 +134,7 @@ def test_a_free_curve_that_goes_astray_where_it_did_not_see_predicts_no_force(
     """It left figures that are no numbers, which model.json cannot hold."""
     observations = diagnosed.observations
     known = [name for name, _ in parameters(("unknown_actuator",))]
-    theta = np.array([*observations.prior.values, *starts("unknown_actuator")[1], 0.0])
+    theta = begin(observations.prior.values, starts("unknown_actuator")[1])
     theta[known.index("unknown_actuator.stroke_3_n")] = 2e3
     fitted = fit(observations, ("unknown_actuator",), theta, warm=True, iterations=0)
     assert not np.isfinite(fitted.objective)
@@ -295,8 +295,9 @@ def test_longer_steps_leave_the_chi_square(
     gravity_set: GapDataset, explanation: Explanation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     observations = observe(gravity_set, assess_dataset(gravity_set))
-    start = np.concatenate([observations.prior.values, [-5.0] * len(explanation), [0.0]])
-    found = fit(observations, explanation, start)
+    start = begin(observations.prior.values, [-5.0] * len(explanation))
+    near = fit(observations, explanation, start)
+    found = fit(observations, explanation, near.theta, near.own, warm=True)
     monkeypatch.setattr("acf_jax.diagnosis.fit.STRIDE", 0.25)
     finer = fit(observations, explanation, found.theta, found.own, warm=True)
     assert finer.grid.h < found.grid.h / 4

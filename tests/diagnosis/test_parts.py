@@ -34,7 +34,7 @@ from acf_jax.diagnosis.score import (
     of_each_fit,
     probabilities,
 )
-from acf_jax.diagnosis.space import Explanation, component_of, coordinates, every_effect, starts
+from acf_jax.diagnosis.space import Explanation, begin, component_of, coordinates, every_effect, starts
 from acf_jax.diagnosis.whiten import Whitener
 from tests.corrected import gap_model
 from tests.corrected import variant as made
@@ -44,9 +44,9 @@ from tests.typical import typical
 
 @pytest.mark.parametrize("name", sorted(every_effect()))
 def test_coordinates_invert_and_starts_lie_within_the_bounds(name: str) -> None:
-    space = coordinates(RIG, (name,), 1e-4)
+    space = coordinates(RIG, (name,), (0.1, 1e-4))
     for start in starts(name):
-        theta = np.concatenate([RIG.values, start, [0.0]])
+        theta = begin(RIG.values, start)
         u = space.coordinate(theta)
         np.testing.assert_allclose(space.value(u), theta, rtol=1e-12, atol=1e-15)
         assert (u >= space.low).all() and (u <= space.high).all()
@@ -316,11 +316,14 @@ def test_an_early_reading_ends_with_the_simulation() -> None:
 
 @pytest.mark.parametrize(("effect", "delay"), [("sensor_lag", 2e-5), ("sensor_scale", 0.0), ("gravity", 0.0)])
 def test_a_delay_of_all_triggers_belongs_to_a_lagging_sensor_alone(effect: str, delay: float) -> None:
-    theta = np.array([2.0, 60.0, 800.0, 3e5, *(p.scale for p in every_effect()[effect].parameters()), 2e-5])
-    fitted = SimpleNamespace(explanation=(effect,), theta=theta, covariance=np.eye(len(theta)))
+    theta = np.array([2.0, 60.0, 800.0, 3e5, *(p.scale for p in every_effect()[effect].parameters())])
+    common = np.array([0.1, 2e-5])
+    fitted = SimpleNamespace(
+        explanation=(effect,), physical=theta, common=common, covariance=np.eye(len(theta) + len(common))
+    )
     written = variant(cast(Fit, fitted), 0.5)
     assert written.delay_s == delay
-    assert written.theta == tuple(theta[:-1])
+    assert written.theta == tuple(theta)
 
 
 def test_a_free_curve_goes_on_straight_beyond_the_forces_that_were_tried() -> None:

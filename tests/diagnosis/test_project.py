@@ -8,6 +8,7 @@ from scipy.optimize import lsq_linear
 
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.project import Projector
+from acf_jax.diagnosis.space import begin
 from tests.diagnosis.imagined import RIG, imagined
 
 RANDOM = np.random.default_rng(0)
@@ -17,7 +18,7 @@ RANDOM = np.random.default_rng(0)
 def astray() -> Fit:
     """A fit that ended early, beside data of an effect, k_F close to its bound."""
     observations = imagined("gravity", (12.0,))
-    theta = np.append(RIG.values * [1.01, 0.9, 0.05, 1.02], 0.0)
+    theta = begin(RIG.values * [1.01, 0.9, 0.05, 1.02])
     return fit(observations, (), theta, warm=True, iterations=0)
 
 
@@ -64,7 +65,7 @@ def test_a_promise_is_no_merit_of_what_the_parameters_alone_would_explain(astray
 
 def test_a_promise_is_the_largest_gain(astray: Fit) -> None:
     signal = RANDOM.standard_normal(astray.linear.residual.shape) + astray.linear.residual
-    free = replace(astray, coordinates=astray.coordinates._replace(low=np.full(5, -np.inf)))
+    free = replace(astray, coordinates=astray.coordinates._replace(low=np.full(6, -np.inf)))
     projector = Projector.of(free)
     amount, gain = projector.promise(signal)
     reduced = projector.reduce(signal[None])

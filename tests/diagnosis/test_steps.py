@@ -11,6 +11,7 @@ from acf_jax.diagnosis.fit import fit
 from acf_jax.diagnosis.forward import Grid, forward
 from acf_jax.diagnosis.plan import imagine
 from acf_jax.diagnosis.sample import at_times
+from acf_jax.diagnosis.space import begin
 from acf_jax.model import Impact, Rig, contact_force
 from tests.diagnosis.imagined import CONDITIONS, NOISE, RATE, RIG
 
@@ -30,7 +31,7 @@ def test_a_short_lag_is_fitted_where_contact_begins_between_samples() -> None:
         for f, t, c, delay in zip(forces.sensed, plain.time, forces.contact, late, strict=True)
     ]
     observations = replace(plain, force=np.array(readings))
-    found = fit(observations, ("sensor_lag",), np.array([*RIG.values, 1e-4, 0.8, 0.0]))
+    found = fit(observations, ("sensor_lag",), begin(RIG.values, [1e-4, 0.8]))
     assert 2 * found.objective < 1.1 * observations.n_used
     assert abs(found.theta[4] / TAU - 1) < 0.5
 

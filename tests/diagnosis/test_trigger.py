@@ -11,6 +11,7 @@ from acf_jax.diagnosis.forward import Grid, forward
 from acf_jax.diagnosis.observe import TRIGGER, Observations
 from acf_jax.diagnosis.plan import imagine
 from acf_jax.diagnosis.sample import at_times, peak_of
+from acf_jax.diagnosis.space import begin
 from acf_jax.diagnosis.trigger import trigger_scatter
 from tests.diagnosis.imagined import CONDITIONS, RATE
 
@@ -94,5 +95,5 @@ def test_a_delay_that_all_triggers_share_is_found_beside_many_peaks() -> None:
         peak_only=peak_only,
         interval=np.where(peak_only, 0.0, plain.interval),
     )
-    found = fit(observations, (), np.append(RIG.values, 0.0))
+    found = fit(observations, (), begin(RIG.values))
     assert 0.5 * late < found.theta[-1] < 1.5 * late

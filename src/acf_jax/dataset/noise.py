@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -27,6 +28,7 @@ class Noise:
     share: float = 0.0  # of the variance that is correlated; 0: white
     correlation_time: float = 0.0  # s
     offset: float = 0.0  # N, of the approach over all trials, as far as it is beyond chance
+    offset_std: float = 0.0  # N, of that offset; 0: nothing is said of it
     samples: int = 0  # samples that the estimate rests on
     source: str = "approach"  # or stated, differences, repeats, assumed
 
@@ -119,18 +121,18 @@ def fit_noise(traces: Sequence[Trace], stated: float | None = None) -> Noise | N
     count = sum(force.size for force, _ in groups)
     if count < 10:
         return None
-    white, offset, std = _fit(groups, 0.0, 1.0)
+    white = _fit(groups, 0.0, 1.0)
     if all(constant):
-        return Noise(0.0, offset=offset, samples=count)
+        return Noise(0.0, offset=white.offset, samples=count)
     step = min(step for _, step in groups)
     window = max(step * force.shape[1] for force, step in groups)
     starts = [(share, tau) for share in (0.1, 0.3, 0.6, 0.95) for tau in np.geomspace(step, 2 * window, 7)]
 
     def coloured(held: float | None) -> tuple[float, float, float]:
         """Loss, share and correlation time."""
-        share, tau = min(starts, key=lambda start: _fit(groups, start[0], start[1], held)[0])
+        share, tau = min(starts, key=lambda start: _fit(groups, start[0], start[1], held).loss)
         start = [np.log(share / (1 - share)), np.log(tau)]
-        best = minimize(lambda x: _fit(groups, at(x)[0], at(x)[1], held)[0], start, method="Nelder-Mead")
+        best = minimize(lambda x: _fit(groups, *at(x), held).loss, start, method="Nelder-Mead")
         return float(best.fun), *at(best.x)
 
     def at(x: Array) -> tuple[float, float]:
@@ -138,14 +140,15 @@ def fit_noise(traces: Sequence[Trace], stated: float | None = None) -> Noise | N
         return 0.999 / (1.0 + float(np.exp(-np.clip(x[0], -9, 9)))), tau
 
     loss, share, tau = coloured(None)
-    if 2.0 * (white - loss) < _COLOURED:
-        return Noise(std, offset=offset, samples=count)
-    _, offset, std = _fit(groups, share, tau)
+    if 2.0 * (white.loss - loss) < _COLOURED:
+        return Noise(white.std, offset=white.offset, offset_std=white.offset_std, samples=count)
+    found = _fit(groups, share, tau)
     if stated:
         loss_held, *held = coloured(stated)
         if 2.0 * (loss_held - loss) < _CONTRADICTS:
-            (share, tau), std = held, stated
-    return Noise(std, share, tau, offset, count)
+            share, tau = held
+            found = _fit(groups, share, tau, stated)
+    return Noise(found.std, share, tau, found.offset, found.offset_std, count)
 
 
 def difference_noise(traces: Sequence[Trace]) -> Noise | None:
@@ -191,10 +194,17 @@ def _group(traces: Sequence[Trace]) -> list[tuple[Array, float]]:
     return [(np.stack(forces), step) for (_, step), forces in groups.items()]
 
 
-def _fit(
-    groups: list[tuple[Array, float]], share: float, tau: float, std: float | None = None
-) -> tuple[float, float, float]:
-    """Negative log likelihood, offset and std at one correlation; both profiled out, std only where it is not given.
+class _Told(NamedTuple):
+    """What approaches say at one correlation."""
+
+    loss: float  # negative log likelihood
+    offset: float  # N
+    offset_std: float
+    std: float  # N, of one sample
+
+
+def _fit(groups: list[tuple[Array, float]], share: float, tau: float, std: float | None = None) -> _Told:
+    """What approaches say at one correlation; offset and std are profiled out, the latter where it is not given.
 
     The offset is the mean less what noise alone would make of it (James and Stein's estimate, never beyond zero): a
     sensor that was zeroed keeps its zero, instead of an error that all readings would share.
@@ -213,4 +223,5 @@ def _fit(
     spread = max(variance, 1e-300) if std is None else std**2
     by_chance = spread / weight  # variance of the mean
     offset = mean * max(0.0, 1.0 - by_chance / mean**2) if mean else 0.0
-    return 0.5 * (count * (float(np.log(spread)) + variance / spread) + logdet), offset, spread**0.5
+    loss = 0.5 * (count * (float(np.log(spread)) + variance / spread) + logdet)
+    return _Told(loss, offset, by_chance**0.5, spread**0.5)

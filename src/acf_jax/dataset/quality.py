@@ -147,7 +147,8 @@ def _choose_noise(
         return replace(told, std=stated, source="stated")
     for found in (usable, differences, _repeats(dataset), _assumed(dataset)):
         if found and (std := max(found.std, least)) > 0.0:
-            return replace(found, std=std, offset=told.offset if told else 0.0)
+            offset, offset_std = (told.offset, told.offset_std) if told else (0.0, 0.0)
+            return replace(found, std=std, offset=offset, offset_std=offset_std)
     raise InputError(
         f"{dataset.folder / 'dataset.yaml'}: measurement.force_noise_std_n: is missing, and neither traces nor"
         " peaks tell the noise of the force; state it"

@@ -12,7 +12,7 @@ from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import Explanation, classes, starts
+from acf_jax.diagnosis.space import Explanation, begin, classes, starts
 from acf_jax.effects import library
 
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
@@ -26,7 +26,7 @@ Result = TypeVar("Result")
 
 def fit_nominal(observations: Observations) -> Fit:
     """The paper's model with its own parameters refitted."""
-    return fit(observations, (), np.append(observations.prior.values, 0.0))
+    return fit(observations, (), begin(observations.prior.values))
 
 
 def fit_single(ground: Ground, name: str) -> Fit:
@@ -75,8 +75,8 @@ def _fits_from(
 ) -> list[Fit]:
     """Fits of one effect or port from starts at the rig's prior (`far`) and at the recalibrated model (`near`)."""
     observations, nominal = ground.observations, ground.fitted
-    at_prior = [np.concatenate([observations.prior.values, start, [0.0]]) for start in far]
-    at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.theta[-1:]]) for start in near]
+    at_prior = [begin(observations.prior.values, start) for start in far]
+    at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.common]) for start in near]
     fit_it = partial(fit, observations, (name,), iterations=iterations, tolerance=_tolerance((name,)))
     return [fit_it(theta) for theta in at_prior] + [
         fit_it(theta, nominal.own, warm=True) for theta in at_nominal
@@ -98,13 +98,13 @@ def fit_more(
     own = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
 
-    def begin(start: np.ndarray) -> np.ndarray:
+    def beside(start: np.ndarray) -> np.ndarray:
         middle = [own.get(effect, start) for effect in explanation]
-        return np.concatenate([fitted.theta[:4], *middle, fitted.theta[-1:]])
+        return np.concatenate([fitted.theta[:4], *middle, fitted.common])
 
     own_starts = [np.array(starts(name)[-1])] + ([] if promised is None else [promised])
     return best(
-        fit(observations, explanation, begin(start), fitted.own, iterations=iterations)
+        fit(observations, explanation, beside(start), fitted.own, iterations=iterations)
         for start in own_starts
     )
 
@@ -135,7 +135,7 @@ def in_parallel(tasks: Sequence[Callable[[], Result]]) -> list[Result]:
 def _blocks(fitted: Fit) -> list[np.ndarray]:
     """The parameters of each effect of a fit."""
     sizes = [len(cls.parameters()) for cls in classes(fitted.explanation)]
-    return np.split(fitted.theta[4:-1], np.cumsum(sizes)[:-1]) if sizes else []
+    return np.split(fitted.physical[4:], np.cumsum(sizes)[:-1]) if sizes else []
 
 
 def singles(effects: Sequence[str]) -> list[Explanation]:

@@ -57,8 +57,9 @@ def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -
             lambda x: loss(noise(x)), begin, method="Nelder-Mead", options={"xatol": 1e-2, "fatol": 1e-2}
         ).x
     )
-    samples = before.samples + observations.n_used
-    return replace(found if loss(known) - loss(found) > WORTH else known, samples=samples)
+    if loss(known) - loss(found) < WORTH:
+        found = known
+    return replace(found, offset_std=before.offset_std(found), samples=before.samples + observations.n_used)
 
 
 def recoloured(
@@ -91,6 +92,11 @@ class _Approach:
         self.time = np.stack([np.pad(trace.time, (0, n - trace.time.size)) for trace in traces])
         self.force = np.stack([np.pad(trace.force - offset, (0, n - trace.time.size)) for trace in traces])
         self.samples = int(self.used.sum())
+
+    def offset_std(self, noise: Noise) -> float:
+        """Standard deviation of the mean, N; 0 where there are no samples."""
+        weight = float((Whitener(self.time, self.used, noise)(np.ones_like(self.force)[:, None]) ** 2).sum())
+        return weight**-0.5 if weight else 0.0
 
     def log_likelihood(self, noise: Noise) -> float:
         whiten = Whitener(self.time, self.used, noise)

@@ -29,7 +29,7 @@ from acf_jax.diagnosis.score import (
 )
 from acf_jax.diagnosis.search import Progress, fit_all
 from acf_jax.diagnosis.shrinkage import Shrinkage, form_of, peak_shrinkage
-from acf_jax.diagnosis.space import Explanation, parameters
+from acf_jax.diagnosis.space import Explanation, begin, parameters
 from acf_jax.diagnosis.trigger import with_scatter
 from acf_jax.diagnosis.unseen import Unseen
 from acf_jax.diagnosis.validate import GapFigures, HeldOut, figures, hold_out
@@ -211,7 +211,7 @@ def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation)
 
 def _unfitted(observations: Observations) -> Fit:
     """The paper's model at the rig's prior values."""
-    return fit(observations, (), np.append(observations.prior.values, 0.0), warm=True, iterations=0)
+    return fit(observations, (), begin(observations.prior.values), warm=True, iterations=0)
 
 
 def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:

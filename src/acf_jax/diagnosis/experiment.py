@@ -56,7 +56,7 @@ def propose(
     longest = int(np.argmax(o.used.sum(1)))
     planned = o.subset(np.arange(len(o.names)) == longest)
     fits = (first[0], second[0])
-    reaches = [reach_of(x.explanation, x.theta[:-1], o.v_e, o.f_p, x.grid) for x in fits]
+    reaches = [reach_of(x.explanation, x.physical, o.v_e, o.f_p, x.grid) for x in fits]
     distances = [_distance(planned, v, f, fits, reaches) for v, f in conditions]
     pick = int(np.argmax(distances))
     after = error_probability(first[1], second[1], distances[pick])

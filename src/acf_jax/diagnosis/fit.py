@@ -11,7 +11,7 @@ import numpy as np
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, step_for
 from acf_jax.diagnosis.observe import COMMON_TRIGGER, Observations
 from acf_jax.diagnosis.sample import combine, peak_of, taps
-from acf_jax.diagnosis.space import Coordinates, Explanation, classes, coordinates, delays
+from acf_jax.diagnosis.space import COMMON, Coordinates, Explanation, classes, coordinates, delays
 
 N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
 STRIDE = 2.0  # sampling intervals of its longest step
@@ -28,6 +28,7 @@ FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
 TOWARDS_BOUND = (
     0.9  # share of the way to a bound that a step goes at most: an effect of no strength has no slope
 )
+LEAST_ZERO = 1e-9  # N, standard deviation of the sensor's zero where nothing is said of it
 NO_INTERVAL = 1e-6  # s, in place of a sampling interval where peaks are all there is
 AT_BOUND = 1e-3  # prior standard deviations from a bound, from which on a step may end there
 
@@ -51,6 +52,16 @@ class Fit:
     def theta(self) -> np.ndarray:
         """The parameters in SI units."""
         return self.coordinates.value(self.u)
+
+    @property
+    def physical(self) -> np.ndarray:
+        """The parameters of rig and effects, SI units."""
+        return self.theta[:-COMMON]
+
+    @property
+    def common(self) -> np.ndarray:
+        """What all trials share: the sensor's zero, N, and the delay of the triggers, s."""
+        return self.theta[-COMMON:]
 
     @property
     def root(self) -> np.ndarray:
@@ -136,34 +147,44 @@ def linearise(
     spread = o.nuisance_std
     shift = own * spread
     theta = at.value(u)
-    forces = forward(explanation, theta[:-1], o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
+    physical, common = theta[:-COMMON], theta[-COMMON:]
+    forces = forward(explanation, physical, o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
     with np.errstate(over="ignore", invalid="ignore"):  # an unstable integration is told by its objective
-        return compare(o, forces, at.slope(u), shift[:, 2] + theta[-1], spread, grid.h)
+        return compare(o, forces, at.slope(u), common, shift[:, 2], spread, grid.h)
 
 
 def compare(
-    o: Observations, forces: Forces, slope: np.ndarray, delay: np.ndarray, spread: np.ndarray, h: float
+    o: Observations,
+    forces: Forces,
+    slope: np.ndarray,
+    common: np.ndarray,
+    late: np.ndarray,
+    spread: np.ndarray,
+    h: float,
 ) -> Linearisation:
     """The simulated forces at the measured times, with derivatives, whitened."""
-    p = len(slope) - 1  # the last parameter is the common delay
-    times = o.time - delay[:, None]
+    p = len(slope) - COMMON
+    zero, delay = common
+    times = o.time - (delay + late)[:, None]
     for i in np.flatnonzero(o.peak_only):
         times[i, 0] = peak_of(forces.sensed[i], h, forces.contact[i])[1]
     near, weight, rate_weight = taps(times, h, forces.contact)
     at = combine(forces.rows, near, weight)
-    predicted, tangents = at[:, 0], at[:, 1:]
+    predicted, tangents = at[:, 0] + zero * ~o.peak_only[:, None], at[:, 1:]
     timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
 
-    rows = np.empty((len(o.names), p + 2 + N_OWN, o.force.shape[1]))
+    own = 1 + p + COMMON  # the first row of a nuisance
+    rows = np.empty((len(o.names), own + N_OWN, o.force.shape[1]))
     rows[:, 0] = o.force - predicted
     rows[:, 1 : p + 1] = tangents[:, :p] * slope[:p, None]
-    rows[:, p + 1] = timing * slope[p]
-    rows[:, p + 2 : p + 4] = tangents[:, p:] * spread[:, :2, None]
-    rows[:, p + 4] = timing * spread[:, 2:]
+    rows[:, p + 1] = slope[p] * ~o.peak_only[:, None]
+    rows[:, p + 2] = timing * slope[p + 1]
+    rows[:, own : own + 2] = tangents[:, p:] * spread[:, :2, None]
+    rows[:, own + 2] = timing * spread[:, 2:]
     rows *= o.used[:, None]
-    scatter = rows[:, p + 2 :].copy()
+    scatter = rows[:, own:].copy()
     rows = o.whiten(rows)
-    return Linearisation(rows[:, 0], rows[:, 1 : p + 2], rows[:, p + 2 :], predicted * o.used, scatter)
+    return Linearisation(rows[:, 0], rows[:, 1:own], rows[:, own:], predicted * o.used, scatter)
 
 
 @dataclass(frozen=True)
@@ -250,7 +271,7 @@ def fit(
 ) -> Fit:
     """The most probable parameters from one start.
 
-    **Arguments:** `start`: (p,) values in SI units, the common delay of the triggers last. `own`: (trials, 3)
+    **Arguments:** `start`: (p,) values in SI units, what all trials share last (`begin`). `own`: (trials, 3)
     first guess of the nuisances. `warm`: the start is near the optimum already.
 
     While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
@@ -259,7 +280,8 @@ def fit(
     **Returns:** a `Fit`; stops after two iterations that gain less than the share `tolerance` of the objective.
     """
     interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_INTERVAL
-    at = coordinates(observations.prior, explanation, COMMON_TRIGGER * interval)
+    common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval
+    at = coordinates(observations.prior, explanation, common_std)
     u = np.clip(at.coordinate(start), at.low, at.high)
     own = np.zeros((len(observations.names), N_OWN)) if own is None else own
     grid = grid_for(observations, explanation)._replace(pull=0.0 if warm else 1.0)

@@ -79,13 +79,13 @@ class GapModel(Part):
 
 def variant(fitted: Fit, probability: float) -> Variant:
     """A fit as it is written."""
-    count, late = len(fitted.theta) - 1, float(np.clip(fitted.theta[-1], -LATEST_S, LATEST_S))
+    count, late = len(fitted.physical), float(np.clip(fitted.common[1], -LATEST_S, LATEST_S))
     covariance = fitted.covariance[:count, :count]
     return Variant(
         effects=fitted.explanation,
         probability=min(max(probability, 0.0), 1.0),
         names=tuple(name for name, _ in parameters(fitted.explanation)),
-        theta=tuple(fitted.theta[:count].tolist()),
+        theta=tuple(fitted.physical.tolist()),
         covariance=tuple(tuple(row) for row in covariance.tolist()),
         # the delay of the triggers belongs to the recording, but for a sensor that is late anyway
         delay_s=late if delays(fitted.explanation) else 0.0,

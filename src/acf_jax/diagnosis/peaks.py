@@ -16,10 +16,10 @@ def peaks_of(observations: Observations, fitted: Fit) -> tuple[np.ndarray, np.nd
     The deviation holds the parameters' uncertainty and the spread of velocity and pretension from trial to trial.
     """
     o = observations
-    theta = fitted.theta[:-1]
+    theta = fitted.physical
     forces = forward(fitted.explanation, theta, o.v_e, o.f_p, fitted.grid)
-    covariance = fitted.covariance[:-1, :-1]
     p = len(theta)
+    covariance = fitted.covariance[:p, :p]
     peaks, stds = np.zeros(len(o.names)), np.zeros(len(o.names))
     for i in range(len(o.names)):
         peaks[i], when = peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])

@@ -8,6 +8,7 @@ from acf_jax.diagnosis.forward import SAMPLES, Grid, forward, step_for
 from acf_jax.diagnosis.observe import ONSET, Observations, compared_time
 from acf_jax.diagnosis.sample import at_times, first_loss
 from acf_jax.diagnosis.separate import Detectability, detectability
+from acf_jax.diagnosis.space import begin
 
 
 def plan(
@@ -24,7 +25,7 @@ def plan(
     **Returns:** one `Detectability` an effect, in alphabetical order.
     """
     observations = imagine(rig, measurement, conditions, sample_rate, noise_std)
-    nominal = fit(observations, (), np.append(rig.values, 0.0), warm=True, iterations=0)
+    nominal = fit(observations, (), begin(rig.values), warm=True, iterations=0)
     return detectability(observations, nominal)
 
 

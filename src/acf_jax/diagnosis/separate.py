@@ -12,7 +12,7 @@ from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import RIG, Explanation, every_effect, starts
+from acf_jax.diagnosis.space import COMMON, RIG, Explanation, every_effect, starts
 from acf_jax.effects import library
 
 BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
@@ -34,7 +34,7 @@ def bayes_error(distance: float) -> float:
 
 def misfit(fitted: Fit) -> float:
     """What a fit to noise-free forces leaves, in chi-square: the prior of an effect's own parameters does not count."""
-    return float(2 * fitted.objective - (fitted.u[len(RIG) : -1] ** 2).sum())
+    return float(2 * fitted.objective - (fitted.u[len(RIG) : -COMMON] ** 2).sum())
 
 
 def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> list[Pair]:
@@ -45,14 +45,13 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
     quiet = np.zeros((len(observations.names), N_OWN))
     linear = linearise(observations, truth.explanation, truth.coordinates, truth.u, quiet, truth.grid)
     ideal = replace(observations, force=np.where(observations.used, linear.predicted, 0.0))
-    own = float((truth.u[:4] ** 2).sum() + truth.u[-1] ** 2)
+    own = float((truth.u[:4] ** 2).sum() + (truth.u[-COMMON:] ** 2).sum())
 
     def imitate(other: Fit) -> Fit:
         guesses = [other.theta]
         if len(other.explanation) == 1:
             guesses += [
-                np.concatenate([truth.theta[:4], s, truth.theta[-1:]])
-                for s in starts(other.explanation[0])[:1]
+                np.concatenate([truth.theta[:4], s, truth.common]) for s in starts(other.explanation[0])[:1]
             ]
         return best(fit(ideal, other.explanation, guess, warm=guess is other.theta) for guess in guesses)
 

@@ -108,10 +108,10 @@ def _possible_errors(
     traced = np.flatnonzero(o.traced.any(1))
     _, first = np.unique(o.condition[traced], return_index=True)
     first = traced[first]
-    theta, grid = corrected.theta[:-1], corrected.grid
+    theta, grid = corrected.physical, corrected.grid
     with_effects = forward(corrected.explanation, theta, o.v_e[first], o.f_p[first], grid)
-    without = forward((), recalibrated.theta[:-1], o.v_e[first], o.f_p[first], grid)
-    variance, vectors = np.linalg.eigh(corrected.covariance[:-1, :-1])
+    without = forward((), recalibrated.physical, o.v_e[first], o.f_p[first], grid)
+    variance, vectors = np.linalg.eigh(corrected.covariance[: len(theta), : len(theta)])
     root = vectors * np.sqrt(np.maximum(variance, 0.0))
     random = np.random.default_rng(seed)
     drawn = random.standard_normal((DRAWS, len(theta))) @ root.T
@@ -134,7 +134,7 @@ def _lateness(observations: Observations, corrected: Fit) -> float:
     if not any(component_of(name) == "sensor" for name in corrected.explanation):
         return 0.0
     own = (corrected.own[:, TIMING] * observations.trigger_std * observations.interval).mean()
-    return float(corrected.theta[-1] + own)
+    return float(corrected.common[1] + own)
 
 
 def _quantiles(values: np.ndarray, weights: np.ndarray, shares: tuple[float, ...]) -> list[float]:

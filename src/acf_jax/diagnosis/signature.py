@@ -63,8 +63,8 @@ def _residual(
     observations: Observations, fitted: Fit, explanation: Explanation, start: list[float]
 ) -> np.ndarray:
     """(trials, n) whitened measured minus predicted with an effect on the fitted rig."""
-    theta = np.concatenate([fitted.theta[:4], start, fitted.theta[-1:]])
-    space = coordinates(observations.prior, explanation, 1.0)
+    theta = np.concatenate([fitted.theta[:4], start, fitted.common])
+    space = coordinates(observations.prior, explanation)
     return linearise(
         observations, explanation, space, space.coordinate(theta), fitted.own, fitted.grid
     ).residual

@@ -1,6 +1,7 @@
 """What a diagnosis may fit: the rig's four parameters, then those of an explanation's effects."""
 
 import functools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,9 @@ LEAST_SHARE = np.array(
     [0.05, 0.0, 0.0, 0.02]
 )  # of a rig parameter's prior value: mass and contact never vanish
 ROUNDING = 1e-12
+COMMON = (
+    2  # parameters that every explanation ends with: the sensor's zero, N, and the delay of all triggers, s
+)
 PRIOR_WIDTH = 3.0  # width of the prior of a strength, in its typical values
 
 Explanation = tuple[str, ...]  # ids of effects in alphabetical order, or of one port; () is the paper's model
@@ -70,8 +74,10 @@ class Coordinates(NamedTuple):
         return np.where(self.logarithmic, np.log(ratio), value - self.centre) / self.width
 
 
-def coordinates(prior: RigPrior, explanation: Explanation, trigger_std: float) -> Coordinates:
-    """Priors and bounds of the rig's parameters, an explanation's, and of the delay common to all triggers."""
+def coordinates(
+    prior: RigPrior, explanation: Explanation, common_std: tuple[float, float] = (1.0, 1.0)
+) -> Coordinates:
+    """Priors and bounds of the rig's parameters, an explanation's, and of what all trials share (`COMMON`)."""
     value, std = prior.values, prior.stds
     rows = [
         (value[i], std[i], False, (LEAST_SHARE[i] - 1) * value[i] / std[i], np.inf) for i in range(len(RIG))
@@ -85,8 +91,13 @@ def coordinates(prior: RigPrior, explanation: Explanation, trigger_std: float) -
         else:
             width = PRIOR_WIDTH * p.scale
             rows.append((0.0, width, False, p.low / width, p.high / width))
-    rows.append((0.0, trigger_std, False, -6.0, 6.0))
+    rows += [(0.0, std, False, -6.0, 6.0) for std in common_std]
     return Coordinates(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def begin(rig: np.ndarray, *own: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Parameters to begin a fit with: the rig's, those of effects, and nothing that all trials share."""
+    return np.concatenate([rig, *own, np.zeros(COMMON)])
 
 
 def starts(name: str) -> list[list[float]]:

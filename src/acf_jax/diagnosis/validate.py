@@ -10,6 +10,7 @@ from acf_jax.diagnosis.fit import N_OWN, Fit, fit, linearise
 from acf_jax.diagnosis.forward import forward, reach_of
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.sample import peak_of
+from acf_jax.diagnosis.space import COMMON
 
 TIMING, LATEST = (
     2,
@@ -64,7 +65,8 @@ def _predict_unseen(
     if refit and not out.all():
         kept = fitted.own[seen]
         theta = fit(o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12).theta
-    reach = reach_of(fitted.explanation, theta[:-1], o.v_e[seen], o.f_p[seen], fitted.grid)
+    physical = theta[:-COMMON]
+    reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)
     own = np.zeros((out.sum(), N_OWN))
     predict = partial(
@@ -79,7 +81,7 @@ def _predict_unseen(
     shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
     own[:, TIMING] = np.clip(shift, -LATEST, LATEST)
     linear = predict(own)
-    forces = forward(fitted.explanation, theta[:-1], left.v_e, left.f_p, fitted.grid, reach)
+    forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach)
     scatter = np.einsum("ian,a->in", linear.spread[:, :TIMING] ** 2, spread_of(scattered)[:TIMING])
     peak = [
         peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0]

@@ -55,7 +55,7 @@ class _Near:
         self.observations, self.rig = observations, recalibrated.theta[: len(RIG)]
         self.projector = Projector.of(recalibrated)
         shift = recalibrated.own * observations.nuisance_std
-        self.times = observations.time - (shift[:, 2] + recalibrated.theta[-1])[:, None]
+        self.times = observations.time - (shift[:, 2] + recalibrated.common[1])[:, None]
         # repeats differ so little that one simulation does for all of them
         _, self.member = np.unique(observations.condition, return_inverse=True)
         count = np.bincount(self.member)
@@ -134,7 +134,7 @@ def _forms(fitted: Fit) -> np.ndarray:
         other = forms.copy()
         other[:, strengths[0]] *= -1
         forms = np.concatenate([forms, other])
-    found = fitted.theta[len(RIG) : -1]
+    found = fitted.physical[len(RIG) :]
     return np.concatenate([forms, found[None]]) if found[strengths].any() else forms
 
 

@@ -40,7 +40,7 @@ class GapMap:
 def gap_map(observations: Observations, recalibrated: Fit, held: HeldOut) -> GapMap:
     """Excess of squared residual over what no model can predict, by phase and condition, on unseen conditions."""
     o = observations
-    forces = forward((), recalibrated.theta[:-1], o.v_e, o.f_p, recalibrated.grid)
+    forces = forward((), recalibrated.physical, o.v_e, o.f_p, recalibrated.grid)
     t_max = np.array(
         [peak_of(forces.sensed[i], recalibrated.grid.h, forces.contact[i])[1] for i in range(len(o.names))]
     )

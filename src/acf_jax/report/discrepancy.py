@@ -98,7 +98,7 @@ def unknown_cause(diagnosis: Diagnosis) -> Html | None:
 def along(fitted: Fit, v_e: np.ndarray, f_p: np.ndarray, ends: np.ndarray) -> list[Course]:
     """The discrepancy of a port's fit along impacts until contact is lost, at the latest until `ends` (s)."""
     h, steps = fitted.grid.h, fitted.grid.steps
-    rig, (effect,) = unpack(fitted.explanation, jnp.asarray(fitted.theta[:-1]))
+    rig, (effect,) = unpack(fitted.explanation, jnp.asarray(fitted.physical))
     component = component_of(fitted.explanation[0])
 
     def one(v: Scalar, f: Scalar) -> tuple[Motion, Scalar]:

@@ -62,7 +62,7 @@ def _trial(d: Diagnosis, look: Outlook, i: int, gap: float) -> Variant:
     apart = float(np.abs(at.force - at.contact_force)[inside].max()) > 1e-6 * at.peak_force
     traces.append(
         {
-            "x": series(1e3 * (at.time[inside] + d.corrected.theta[-1]), 4),
+            "x": series(1e3 * (at.time[inside] + d.corrected.common[1]), 4),
             "y": series(at.contact_force[inside]),
             "mode": "lines",
             "line": CONTACT,
