@@ -41,12 +41,12 @@ class Weights:
     exact_of_all: float = 0.01  # the same where that form has another number of effects
     effect: float = 5.3  # cost of one effect, in log probability
     rare: float = 2.1  # the same, where it is known how free it was to explain what it does
-    second: float = 5.5  # cost of each further one
+    second: float = 6.0  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
-    port: float = 14.5  # cost of the free discrepancy at a port
+    port: float = 15.5  # cost of the free discrepancy at a port
     nameless: float = 28.0  # cost of a cause that neither the library nor the ports can imitate
     in_series: float = (
-        2.0  # further cost of a port that all forces pass, in telling where an unknown cause acts
+        1.2  # further cost of a port that all forces pass, in telling where an unknown cause acts
     )
     strain_told: float = 0.5  # share of what a rig's strain costs that counts there
     freedom: float = 14.0  # degrees of freedom of the Student prior of the rig's parameters

@@ -116,8 +116,9 @@ class Imitation:
             step = self._step(at, misfit)
             for halving in range(HALVINGS):
                 tried = at.moved(*step, 0.5**halving)
-                misfit = self.misfit(tried, is_lost)
-                lower = self.squared(tried, misfit)
+                with np.errstate(over="ignore", invalid="ignore"):  # of a step too far, which is halved
+                    misfit = self.misfit(tried, is_lost)
+                    lower = self.squared(tried, misfit)
                 if lower < value:
                     break
             else:
