@@ -68,7 +68,7 @@ def robot(time, contacts):
 
 def main():
     rng = np.random.default_rng(1)
-    case = make_case(6, ["end_stop"], target=150.0, coloured=False)
+    case = make_case(6, ["end_stop"], size=0.1321629720564765, coloured=False)
     time, force, contacts = impacts(case, rng)
     beats = np.arange(0.0, time[-1], ROBOT)
     speed = robot(beats, contacts) + rng.normal(0.0, 2e-4, beats.size)

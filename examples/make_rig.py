@@ -6,5 +6,5 @@ from acf_jax.worlds import make_case, write_case
 
 if __name__ == "__main__":
     here = Path(__file__).parent
-    case = make_case(6, ["end_stop"], target=150.0, coloured=False)
+    case = make_case(6, ["end_stop"], size=0.1321629720564765, coloured=False)
     write_case(case, here / "rig", here / "rig_answer.yaml")

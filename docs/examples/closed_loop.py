@@ -43,7 +43,7 @@ def of(model: ContactModel) -> Force:
     return lambda v: float(forces(model.main.peak, model.at(v, F_P)[None], WALL)[0][0])
 
 
-case = make_case(6, ["end_stop"], target=150.0, coloured=False)  # as examples/make_rig.py makes it
+case = make_case(6, ["end_stop"], size=0.1321629720564765, coloured=False)  # as examples/make_rig.py makes it
 world, time = find_world(case.world), np.linspace(0.0, 0.02, 2001)  # s
 
 
