@@ -43,7 +43,7 @@ class Weights:
     rare: float = 2.1  # the same, where it is known how free it was to explain what it does
     second: float = 6.0  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
-    port: float = 15.5  # cost of the free discrepancy at a port
+    port: float = 14.5  # cost of the free discrepancy at a port
     nameless: float = 28.0  # cost of a cause that neither the library nor the ports can imitate
     in_series: float = (
         1.2  # further cost of a port that all forces pass, in telling where an unknown cause acts
