@@ -60,6 +60,7 @@ def test_the_score_is_better_than_chance_and_complete(run):
     page = (out / "results" / "score.html").read_text()
     assert "Confusion matrix" in page
     head = page.split("<script>")[0]
+    assert f"; {page.count('>met</span>')} of " in head
     assert "src=" not in head and "<link" not in head  # nothing comes from elsewhere
 
 

@@ -29,7 +29,7 @@ def calibrate(stated: np.ndarray, right: np.ndarray, seed: int = 0) -> Calibrati
     groups = [g for g in np.array_split(order, min(BINS, len(order))) if len(g)]
 
     def error(outcome: np.ndarray) -> float:
-        return sum(abs(outcome[g].mean() - stated[g].mean()) * len(g) for g in groups) / len(order)
+        return float(sum(abs(outcome[g].mean() - stated[g].mean()) * len(g) for g in groups) / len(order))
 
     rng = np.random.default_rng(seed)
     chance = [error(rng.random(len(stated)) < stated) for _ in range(DRAWS)]
