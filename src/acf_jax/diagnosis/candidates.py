@@ -109,16 +109,10 @@ def fit_more(
     )
 
 
-def go_on(observations: Observations, fitted: Fit) -> Fit:
-    """A fit that was ended early, carried on."""
+def go_on(observations: Observations, fitted: Fit, warm: bool = False) -> Fit:
+    """A fit carried on that was ended early, or (`warm`) that ended under another noise than the observations'."""
     tolerance = _tolerance(fitted.explanation)
-    return fit(observations, fitted.explanation, fitted.theta, fitted.own, tolerance=tolerance)
-
-
-def again(observations: Observations, fitted: Fit) -> Fit:
-    """A fit to the same trials once more, near the optimum already, since their noise turned out to be another."""
-    tolerance = _tolerance(fitted.explanation)
-    return fit(observations, fitted.explanation, fitted.theta, fitted.own, warm=True, tolerance=tolerance)
+    return fit(observations, fitted.explanation, fitted.theta, fitted.own, warm=warm, tolerance=tolerance)
 
 
 def best(fits: Iterable[Fit]) -> Fit:

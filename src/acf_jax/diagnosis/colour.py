@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from acf_jax.dataset import Noise, Trace
-from acf_jax.diagnosis.candidates import again, in_parallel
-from acf_jax.diagnosis.fit import Fit, after_a_step, linearise, normal_equations
+from acf_jax.diagnosis.candidates import go_on, in_parallel
+from acf_jax.diagnosis.fit import Fit, half_chi_square, linearise, normal_equations
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.score import noise_level
 from acf_jax.diagnosis.trigger import with_scatter
@@ -80,7 +80,7 @@ def recoloured(
     if (noise.share, noise.correlation_time) == (known.share, known.correlation_time):
         return observations, list(fits)
     observations = with_scatter(observations)
-    return observations, in_parallel([partial(again, observations, f) for f in fits])
+    return observations, in_parallel([partial(go_on, observations, f, warm=True) for f in fits])
 
 
 class _Approach:
@@ -115,5 +115,5 @@ def _log_likelihood(observations: Observations, bare: Fit, noise: Noise) -> floa
     )
     normal = normal_equations(white, bare.u, bare.own)
     volume = np.linalg.slogdet(normal.own_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
-    left = after_a_step(replace(bare, linear=white), np.arange(len(bare.own)))
-    return float(0.5 * volume - 0.5 * left - whiten.log_volume)
+    left = half_chi_square(white, bare.u, bare.own) - 0.5 * normal.gain
+    return float(0.5 * volume - left - whiten.log_volume)

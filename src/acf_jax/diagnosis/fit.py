@@ -197,6 +197,16 @@ class Normal:
     own_gradient: np.ndarray
     cross: np.ndarray
 
+    @property
+    def gain_of_own(self) -> float:
+        """Chi-square that one step of the trials' own nuisances takes, to first order."""
+        return float(np.einsum("ia,iab,ib->", self.own_gradient, self.own_inverse, self.own_gradient))
+
+    @property
+    def gain(self) -> float:
+        """Chi-square that one step of everything takes, to first order."""
+        return self.gain_of_own + float(self.gradient @ np.linalg.solve(self.hessian, self.gradient))
+
 
 def normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> Normal:
     """With the noise variance multiplied by `inflation`."""
@@ -214,7 +224,7 @@ def normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, infl
     return Normal(hessian, gradient, own_inverse, own_gradient, cross)
 
 
-def _objective(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> float:
+def half_chi_square(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> float:
     """Half chi-square of data, nuisances and priors; infinite where the simulation has broken down."""
     if not linear.is_sound:
         return np.inf
@@ -224,10 +234,7 @@ def _objective(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation:
 def after_a_step(fitted: Fit, trials: np.ndarray) -> float:
     """Chi-square of some trials, given by index, and of the priors after one more step of a fit, to first order."""
     linear, own = fitted.linear.of(trials), fitted.own[trials]
-    normal = normal_equations(linear, fitted.u, own, 1.0)
-    by_own = np.einsum("ia,iab,ib->", normal.own_gradient, normal.own_inverse, normal.own_gradient)
-    by_parameter = normal.gradient @ np.linalg.solve(normal.hessian, normal.gradient)
-    return float(2 * _objective(linear, fitted.u, own) - by_own - by_parameter)
+    return 2 * half_chi_square(linear, fitted.u, own) - normal_equations(linear, fitted.u, own).gain
 
 
 def _bounded_step(
@@ -288,10 +295,10 @@ def fit(
     linear = linearise(observations, explanation, at, u, own, grid)
     inflation = 1.0 if warm else _inflation(linear, observations.n_used)
     damping, small = 1e-3, 0
-    if not np.isfinite(_objective(linear, u, own)):
+    if not np.isfinite(half_chi_square(linear, u, own)):
         iterations = 0  # the simulation breaks down at the start: another start has to do
     for _ in range(iterations):
-        value = _objective(linear, u, own, inflation)
+        value = half_chi_square(linear, u, own, inflation)
         normal = normal_equations(linear, u, own, inflation)
         while damping < STIFFEST:
             step = _bounded_step(normal.hessian, normal.gradient, u, at, damping)
@@ -300,7 +307,7 @@ def fit(
                 own - np.einsum("iab,ib->ia", normal.own_inverse, own_gradient), -FARTHEST, FARTHEST
             )
             linear_new = linearise(observations, explanation, at, u + step, own_new, grid)
-            gain = value - _objective(linear_new, u + step, own_new, inflation)
+            gain = value - half_chi_square(linear_new, u + step, own_new, inflation)
             if gain > -1e-9:
                 break
             damping *= 8
@@ -320,7 +327,7 @@ def fit(
     if grid.pull:
         grid = grid._replace(pull=0.0)
         linear = linearise(observations, explanation, at, u, own, grid)
-    objective = _objective(linear, u, own)
+    objective = half_chi_square(linear, u, own)
     hessian = normal_equations(linear, u, own, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
     with np.errstate(over="ignore"):  # of an unstable integration
         chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)

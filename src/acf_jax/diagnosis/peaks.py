@@ -24,7 +24,7 @@ def peaks_of(observations: Observations, fitted: Fit) -> tuple[np.ndarray, np.nd
     for i in range(len(o.names)):
         peaks[i], when = peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])
         at_peak = at_times(forces.tangents[i], np.array([when]), fitted.grid.h, forces.contact[i])[:, 0]
-        spread = at_peak[p:] * np.array([o.rel_std[0] * o.v_e[i], o.rel_std[1] * o.f_p[i]])
+        spread = at_peak[p:] * o.nuisance_std[i, :2]
         stds[i] = np.sqrt(at_peak[:p] @ covariance @ at_peak[:p] + (spread**2).sum())
     return peaks, stds
 

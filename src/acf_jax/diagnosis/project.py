@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit, normal_equations
+from acf_jax.diagnosis.fit import Fit, Linearisation, Normal, normal_equations
 
 NEAR = 6.0  # prior standard deviations from a bound, within which it may be in the way of an answer
 
@@ -35,44 +35,33 @@ class Projector:
     parameters would still explain is no signal's merit.
     """
 
-    by_parameter: np.ndarray
-    by_own: np.ndarray
-    residual: np.ndarray
-    own_inverse: np.ndarray
-    own_gradient: np.ndarray  # (trials, 3)
-    hessian: np.ndarray  # (p, p)
-    gradient: np.ndarray  # (p,)
+    linear: Linearisation
+    normal: Normal
     low: np.ndarray  # (p,) how far each parameter is from its lower bound, negative
     high: np.ndarray
 
     @classmethod
     def of(cls, fitted: Fit) -> "Projector":
         """The projector at a fit."""
-        linear, normal = fitted.linear, normal_equations(fitted.linear, fitted.u, fitted.own)
         return cls(
-            linear.by_parameter,
-            linear.by_own,
-            linear.residual,
-            normal.own_inverse,
-            normal.own_gradient,
-            normal.hessian,
-            normal.gradient,
+            fitted.linear,
+            normal_equations(fitted.linear, fitted.u, fitted.own),
             fitted.coordinates.low - fitted.u,
             fitted.coordinates.high - fitted.u,
         )
 
     def reduce(self, signals: np.ndarray) -> Reduced:
         """The inner products of signals (k, trials, n) that everything else follows from."""
-        on_own = np.einsum("ian,kin->kia", self.by_own, signals, optimize=True)
-        answered = np.einsum("iab,kib->kia", self.own_inverse, on_own)
+        linear, normal = self.linear, self.normal
+        on_own = np.einsum("ian,kin->kia", linear.by_own, signals, optimize=True)
+        answered = np.einsum("iab,kib->kia", normal.own_inverse, on_own)
         plain = np.einsum("kin,lin->kl", signals, signals, optimize=True)
-        cross = np.einsum("ipn,ian->ipa", self.by_parameter, self.by_own, optimize=True)
-        direct = np.einsum("ipn,kin->kp", self.by_parameter, signals, optimize=True)
+        direct = np.einsum("ipn,kin->kp", linear.by_parameter, signals, optimize=True)
         return Reduced(
             plain - np.einsum("kia,lia->kl", on_own, answered),
-            np.einsum("in,kin->k", self.residual, signals)
-            + np.einsum("ia,kia->k", self.own_gradient, answered),
-            direct - np.einsum("ipa,kia->kp", cross, answered, optimize=True),
+            np.einsum("in,kin->k", linear.residual, signals)
+            + np.einsum("ia,kia->k", normal.own_gradient, answered),
+            direct - np.einsum("ipa,kia->kp", normal.cross, answered, optimize=True),
         )
 
     def gram(self, signals: np.ndarray) -> np.ndarray:
@@ -84,7 +73,7 @@ class Projector:
         return np.sqrt(np.maximum(np.diag(self._gram(reduced)), 0.0))
 
     def _gram(self, reduced: Reduced) -> np.ndarray:
-        answer = np.linalg.solve(self.hessian, reduced.on_parameters.T)
+        answer = np.linalg.solve(self.normal.hessian, reduced.on_parameters.T)
         return np.asarray(reduced.plain - reduced.on_parameters @ answer)
 
     def gram_of_nuisances(self, signals: np.ndarray) -> np.ndarray:
@@ -96,12 +85,14 @@ class Projector:
 
         A parameter that presses against its bound is held there.
         """
-        pressing = ((self.low > -1e-6) & (self.gradient > 0)) | ((self.high < 1e-6) & (self.gradient < 0))
+        pressing = ((self.low > -1e-6) & (self.normal.gradient > 0)) | (
+            (self.high < 1e-6) & (self.normal.gradient < 0)
+        )
         free = ~pressing
         plain, on_residual, on_parameters = (part[0] for part in self.reduce(signal[None]))
-        answer = np.linalg.solve(self.hessian[free][:, free], on_parameters[free])
+        answer = np.linalg.solve(self.normal.hessian[free][:, free], on_parameters[free])
         size = float(plain[0] - on_parameters[free] @ answer)
-        taken = float(on_residual + self.gradient[free] @ answer)
+        taken = float(on_residual + self.normal.gradient[free] @ answer)
         return (taken / size, taken**2 / size) if size > 0 else (0.0, 0.0)
 
     def gains(self, reduced: Reduced, amounts: np.ndarray) -> np.ndarray:
@@ -110,22 +101,23 @@ class Projector:
         `amounts` (k, m) of each signal are tried, each with the best answer of parameters within their bounds and of
         nuisances; of an amount of zero the gain is what that answer alone is worth.
         """
-        of_nuisances = 0.5 * np.einsum("ia,iab,ib->", self.own_gradient, self.own_inverse, self.own_gradient)
         alone = (
-            of_nuisances
+            0.5 * self.normal.gain_of_own
             + amounts * reduced.on_residual[:, None]
             - 0.5 * amounts**2 * np.diag(reduced.plain)[:, None]
         )
-        pull = -self.gradient - amounts[..., None] * reduced.on_parameters[:, None]
+        pull = -self.normal.gradient - amounts[..., None] * reduced.on_parameters[:, None]
         best = np.full(amounts.shape, -np.inf)
         near = np.flatnonzero(self.low > -NEAR)
         for is_held in itertools.product((False, True), repeat=len(near)):
             held = np.zeros(len(self.low), bool)
             held[near] = is_held
             step = np.where(held, self.low, np.zeros_like(pull))
-            rest = (pull - step @ self.hessian)[..., ~held]
-            step[..., ~held] = np.linalg.solve(self.hessian[~held][:, ~held], rest[..., None])[..., 0]
-            gained = (pull * step).sum(-1) - 0.5 * np.einsum("kmp,pq,kmq->km", step, self.hessian, step)
+            rest = (pull - step @ self.normal.hessian)[..., ~held]
+            step[..., ~held] = np.linalg.solve(self.normal.hessian[~held][:, ~held], rest[..., None])[..., 0]
+            gained = (pull * step).sum(-1) - 0.5 * np.einsum(
+                "kmp,pq,kmq->km", step, self.normal.hessian, step
+            )
             is_within = (step >= self.low - 1e-9).all(-1)
             best = np.where(is_within, np.maximum(best, gained), best)
         return alone + best

@@ -133,7 +133,7 @@ def _lateness(observations: Observations, corrected: Fit) -> float:
     """The delay, s, common to all trials, where a sensor could have caused it: it may belong to the sensor's form."""
     if not any(component_of(name) == "sensor" for name in corrected.explanation):
         return 0.0
-    own = (corrected.own[:, TIMING] * observations.trigger_std * observations.interval).mean()
+    own = (corrected.own * observations.nuisance_std)[:, TIMING].mean()
     return float(corrected.common[1] + own)
 
 
