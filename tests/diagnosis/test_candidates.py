@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import candidates
-from acf_jax.diagnosis.space import every_effect, starts
+from acf_jax.diagnosis.space import Measures, every_effect, starts
 
 RIPPLE = [p.name for p in every_effect()["unknown_robot"].parameters()].index("ripple_hz")
 
@@ -28,7 +28,7 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, int]]:
 
 
 GROUND: Any = SimpleNamespace(
-    observations=SimpleNamespace(prior=SimpleNamespace(values=np.ones(4)), n_used=100),
+    observations=SimpleNamespace(prior=SimpleNamespace(values=np.ones(4)), n_used=100, measures=Measures()),
     fitted=SimpleNamespace(theta=np.ones(6), common=np.zeros(2), own=None, objective=1000.0),
 )
 

@@ -34,7 +34,15 @@ from acf_jax.diagnosis.score import (
     of_each_fit,
     probabilities,
 )
-from acf_jax.diagnosis.space import Explanation, begin, component_of, coordinates, every_effect, starts
+from acf_jax.diagnosis.space import (
+    Explanation,
+    Measures,
+    begin,
+    component_of,
+    coordinates,
+    every_effect,
+    starts,
+)
 from acf_jax.diagnosis.whiten import Whitener
 from tests.corrected import gap_model
 from tests.corrected import variant as made
@@ -53,6 +61,15 @@ def test_coordinates_invert_and_starts_lie_within_the_bounds(name: str) -> None:
         step = 1e-6
         slope = (space.value(u + step) - space.value(u - step)) / (2 * step)
         np.testing.assert_allclose(space.slope(u), slope, rtol=1e-6)
+
+
+def test_some_starts_are_multiples_of_what_is_typical_of_rig_and_trials() -> None:
+    usual, larger = starts("unknown_sensor"), starts("unknown_sensor", Measures(force=600.0))
+    level = [p.name for p in every_effect()["unknown_sensor"].parameters()].index("level_n")
+    assert [start[level] for start in larger] == pytest.approx([3 * start[level] for start in usual])
+    assert [start[:level] for start in larger] == [start[:level] for start in usual]
+    highest = every_effect()["unknown_sensor"].parameters()[level].high
+    assert max(start[level] for start in starts("unknown_sensor", Measures(force=1e9))) == highest
 
 
 def test_interpolation_is_exact_for_cubics() -> None:

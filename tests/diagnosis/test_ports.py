@@ -61,6 +61,26 @@ def test_a_pad_that_flows_at_once_carries_no_more_than_its_level() -> None:
     assert 99.0 < flowing.max() < 125.0
 
 
+def test_a_robot_gives_way_freely_within_its_play() -> None:
+    """M u'' = -F_C until it has moved across the gap, then the drive holds it."""
+    mass, stiffness, gap = 6.0, 6e6, 3e-5
+    undamped = {"damping_ratio": 1e-9}
+    robot = {"yield_m": 100 / stiffness, "frequency_hz": np.sqrt(stiffness / mass) / (2 * np.pi), **undamped}
+    free, loose, tight = (
+        sensed("unknown_robot", **robot, play_n=stiffness * play) for play in (1.0, gap, 0.0)
+    )
+    soft = {"yield_m": 100 / (mass * OMEGA**2), "frequency_hz": HZ, "play_n": 1e9, **undamped}
+    np.testing.assert_allclose(free, sensed("unknown_robot", **soft), atol=1e-6)  # the mass alone counts
+    crossed = int((np.abs(loose - free).max(0) > 1e-6).argmax())
+    assert crossed > 10 and np.abs(loose - tight)[:, :crossed].max() > 1.0
+    assert loose.max() > free.max() + 1.0
+
+
+def test_a_sensor_clips() -> None:
+    clipped = sensed("unknown_sensor", beyond=-1.0, level_n=120.0)
+    np.testing.assert_allclose(clipped, np.minimum(sensed("unknown_sensor"), 120.0), atol=1e-9)
+
+
 def test_a_robot_with_play_yields_up_to_a_level_only() -> None:
     quick = {"frequency_hz": 500.0, "damping_ratio": 1.0}
     play = {"yield_m": 1e-4, "yield_beyond_m": -1e-4, "level_n": 50.0, **quick}

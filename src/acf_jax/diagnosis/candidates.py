@@ -38,7 +38,7 @@ def fit_single(ground: Ground, name: str) -> Fit:
     prior, too. A port begins with its first start at the prior and with the one that promises most at the recalibrated
     model, so that it never explains less than that.
     """
-    begins, promise = starts(name), ground.promise(name)
+    begins, promise = starts(name, ground.observations.measures), ground.promise(name)
     if name in library():
         near = begins if _leaves_little(ground) else []
         far = begins[-1:] if near else begins
@@ -56,7 +56,7 @@ def fit_further(ground: Ground, fitted: Fit) -> Fit:
     at the recalibrated model where that leaves little and else at the prior, and the best is carried on.
     """
     (name,) = fitted.explanation
-    begins = starts(name)
+    begins = starts(name, ground.observations.measures)
     far, near = ([], begins) if _leaves_little(ground) else (begins, [])
     ahead = best(_fits_from(ground, name, far, near, GLANCE))
     return best([fitted, go_on(ground.observations, ahead)])
@@ -102,7 +102,9 @@ def fit_more(
         middle = [own.get(effect, start) for effect in explanation]
         return np.concatenate([fitted.theta[:4], *middle, fitted.common])
 
-    own_starts = [np.array(starts(name)[-1])] + ([] if promised is None else [promised])
+    own_starts = [np.array(starts(name, observations.measures)[-1])] + (
+        [] if promised is None else [promised]
+    )
     return best(
         fit(observations, explanation, beside(start), fitted.own, iterations=iterations)
         for start in own_starts

@@ -8,6 +8,7 @@ import numpy as np
 
 from acf_jax.dataset import GapDataset, Noise, Quality, RigPrior, Trial, TrialQuality
 from acf_jax.diagnosis.forward import SAMPLES, step_for
+from acf_jax.diagnosis.space import Measures
 from acf_jax.diagnosis.whiten import Whitener
 from acf_jax.errors import InputError
 
@@ -46,6 +47,13 @@ class Observations:
     def n_used(self) -> int:
         """Number of compared samples."""
         return int(self.used.sum())
+
+    @property
+    def measures(self) -> Measures:
+        """What is typical of these trials."""
+        m, _, _, k_c = self.prior.values
+        frequency = np.sqrt(k_c / m) / (2 * np.pi)
+        return Measures(float(self.force[self.used].max()), frequency, 100.0 / k_c, 0.1 / frequency)
 
     @property
     def nuisance_std(self) -> np.ndarray:

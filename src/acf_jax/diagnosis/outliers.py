@@ -1,15 +1,17 @@
 """Which trials are not to be believed although the look at the data found no fault: the fits say."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit, after_a_step
+from acf_jax.diagnosis.fit import Fit, after_a_step, fit
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.search import FAR
 
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
+BEGINNING = 0.5  # of the time to its peak: what a trial shows there is no limit that it alone has gone beyond
 ALONE = 2.0  # leaving out any other trial makes less than so much of a difference
 
 
@@ -50,14 +52,17 @@ def _bends_every_fit(observations: Observations, fits: Sequence[Fit]) -> dict[st
     """The one trial without which a single effect, or none, would fit all others far better.
 
     A wrong label or a loose cable among few trials bends every fit towards itself and then stands out in none. What it
-    does to a fit is told to first order, as by deletion diagnostics of linear regression.
+    does to a fit is told to first order, as by deletion diagnostics of linear regression. A limit that this trial alone
+    has gone beyond does so, too, but the trial begins like the others.
     """
     simple = [f for f in fits if len(f.explanation) < 2 and not is_port(f.explanation)]
     whole, without = zip(*map(without_each, simple), strict=True)
     ratio = np.array(whole)[:, None] / np.array(without)
     k, i = np.unravel_index(int(ratio.argmax()), ratio.shape)
     others = np.delete(ratio[k], i)
-    if ratio[k, i] < OUTLIER or others.max() > ALONE or _may_be_a_limit(observations, int(i)):
+    if ratio[k, i] < OUTLIER or others.max() > ALONE:
+        return {}
+    if _may_be_a_limit(observations, int(i)) and _begins_like_the_others(observations, simple[k], int(i)):
         return {}
     return {observations.names[i]: f"without it the others agree with a model {ratio[k, i]:.0f} times better"}
 
@@ -74,6 +79,17 @@ def _may_be_a_limit(observations: Observations, i: int) -> bool:
     is_hardest = not ((f_p >= o.f_p[i]).any() and (f_p <= o.f_p[i]).any())
     peaks = np.where(o.used, o.force, -np.inf).max(axis=1)
     return bool(is_hardest and peaks[i] == peaks[repeats].max())
+
+
+def _begins_like_the_others(observations: Observations, fitted: Fit, i: int) -> bool:
+    """Whether an explanation that is fitted to the others and to the beginning of trial `i` fits that beginning."""
+    force, time = observations.force[i], observations.time[i]
+    peak = time[np.where(observations.used[i], force, -np.inf).argmax()]
+    used = observations.used.copy()
+    used[i] &= time < BEGINNING * peak
+    again = fit(replace(observations, used=used), fitted.explanation, fitted.theta)
+    ratio = again.chi2 / np.maximum(used.sum(1), 1)
+    return bool(ratio[i] < OUTLIER * np.median(ratio))
 
 
 def without_each(fitted: Fit) -> tuple[float, np.ndarray]:

@@ -46,7 +46,7 @@ class Weights:
     port: float = 14.5  # cost of the free discrepancy at a port
     nameless: float = 28.0  # cost of a cause that neither the library nor the ports can imitate
     in_series: float = (
-        1.2  # further cost of a port that all forces pass, in telling where an unknown cause acts
+        1.8  # further cost of a port that all forces pass, in telling where an unknown cause acts
     )
     strain_told: float = 0.5  # share of what a rig's strain costs that counts there
     freedom: float = 14.0  # degrees of freedom of the Student prior of the rig's parameters

@@ -50,7 +50,8 @@ class Ground:
         To first order: a signature s takes (r' P s)^2 / s' P s of the residual r, with a sign that the effect allows.
         """
         strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
-        begins = [*starts(name), *looks(name)]
+        measures = self.observations.measures
+        begins = [*starts(name, measures), *looks(name, measures)]
         best = Promise(0.0, np.array(begins[0]), begins[0])
         for start, signal, two_sided in self.signatures(name, begins):
             amount, gain = self.projector.promise(signal)

@@ -100,16 +100,33 @@ def begin(rig: np.ndarray, *own: Sequence[float] | np.ndarray) -> np.ndarray:
     return np.concatenate([rig, *own, np.zeros(COMMON)])
 
 
-def starts(name: str) -> list[list[float]]:
+class Measures(NamedTuple):
+    """What is typical of a rig and its trials: some starts are multiples of it."""
+
+    force: float = 200.0  # N, the largest one
+    frequency: float = 50.0  # Hz, of the moving mass on the contact
+    compliance: float = 1e-3  # m, compression of the contact under 100 N
+    stroke: float = 2e-3  # m, of half a period at 0.2 m/s
+
+
+TYPICAL = Measures()
+
+
+def starts(name: str, measures: Measures = TYPICAL) -> list[list[float]]:
     """Values of an effect's parameters from which fits begin: weak and strong, each shape at its own starts."""
     own = every_effect()[name].parameters()
     n = max(len(p.starts) for p in own)
-    return [[p.starts[min(k * len(p.starts) // n, len(p.starts) - 1)] for p in own] for k in range(n)]
+
+    def start(p: Parameter, k: int) -> float:
+        value = p.starts[min(k * len(p.starts) // n, len(p.starts) - 1)]
+        return min(max(value * getattr(measures, p.of), p.low), p.high) if p.of else value
+
+    return [[start(p, k) for p in own] for k in range(n)]
 
 
-def looks(name: str) -> list[list[float]]:
+def looks(name: str, measures: Measures = TYPICAL) -> list[list[float]]:
     """The first start of an effect with such a shape, as a frequency, at values over all of its range."""
-    own, first = every_effect()[name].parameters(), starts(name)[0]
+    own, first = every_effect()[name].parameters(), starts(name, measures)[0]
     return [
         [*first[:k], float(value), *first[k + 1 :]]
         for k, p in enumerate(own)

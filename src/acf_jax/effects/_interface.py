@@ -15,6 +15,9 @@ from acf_jax.model import Impact, Rig
 
 Scalar = Float[Array, ""]
 Component = Literal["actuator", "contact", "robot", "sensor"]
+Measure = Literal[
+    "force", "frequency", "compliance", "stroke"
+]  # of trials and rig, `diagnosis.space.Measures`
 
 
 class Parameter(NamedTuple):
@@ -28,20 +31,35 @@ class Parameter(NamedTuple):
     scale: float  # a typical value: width of the prior of a strength, centre of the prior of a shape
     shape: bool  # positive, known by its order of magnitude; a strength is neutral at zero
     meaning: str
+    of: Measure | None = None  # that its starts are multiples of
     looks: int = 0  # values over its range at which a fit looks before it begins: a frequency's misfit has many valleys
 
 
 def strength(
-    unit: str, low: float, high: float, starts: tuple[float, ...], scale: float, meaning: str
+    unit: str,
+    low: float,
+    high: float,
+    starts: tuple[float, ...],
+    scale: float,
+    meaning: str,
+    of: Measure | None = None,
 ) -> Any:
     """A parameter that is neutral at 0: the size of the effect."""
-    known = Parameter("", unit, low, high, starts, scale, False, meaning)
+    known = Parameter("", unit, low, high, starts, scale, False, meaning, of)
     return eqx.field(converter=jnp.asarray, default=0.0, metadata={"parameter": known})
 
 
-def shape(unit: str, low: float, high: float, starts: tuple[float, ...], meaning: str, looks: int = 0) -> Any:
+def shape(
+    unit: str,
+    low: float,
+    high: float,
+    starts: tuple[float, ...],
+    meaning: str,
+    looks: int = 0,
+    of: Measure | None = None,
+) -> Any:
     """A positive parameter that says how, not how much; without strength it has no influence."""
-    known = Parameter("", unit, low, high, starts, (low * high) ** 0.5, True, meaning, looks)
+    known = Parameter("", unit, low, high, starts, (low * high) ** 0.5, True, meaning, of, looks)
     return eqx.field(converter=jnp.asarray, default=known.scale, metadata={"parameter": known})
 
 

@@ -10,7 +10,8 @@ X_0, V_0 = 1e-3, 0.1  # m, m/s: an impact's typical stroke and speed
 STARTS = (
     {"constant_n": 1.0, "pretension_share": 0.02, "stroke_2_n": 1.0, "dry_n": 1.0},
     {"held_share": 0.5},
-    *({"beyond_n": -5.0, "level_m": level} for level in (5e-4, 2e-3)),
+    *({"beyond_n": -5.0, "level_m": level} for level in (0.25, 0.5, 1.0)),
+    *({"constant_n": -10.0, "near_n": 10.0, "near_m": near} for near in (0.05, 0.3)),
 )
 _from = beginning(STARTS)
 
@@ -33,7 +34,7 @@ class UnknownActuator(AbstractEffect):
         "N", -2e3, 2e3, _from("stroke_2_n"), 15.0, "at 1 mm, with the square of the stroke"
     )
     stroke_3_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 15.0, "at 1 mm, with the cube of the stroke")
-    near_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 10.0, "with the stroke up to 0.3 mm")
+    near_n: Scalar = strength("N", -500.0, 500.0, _from("near_n"), 10.0, "within a short stroke")
     dry_n: Scalar = strength("N", -300.0, 300.0, _from("dry_n"), 10.0, "with the sign of the speed")
     speed_2_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 10.0, "at 0.1 m/s, with the square of the speed")
     growing_n: Scalar = strength("N", -2e3, 2e3, (0.0,), 10.0, "that comes with time")
@@ -42,7 +43,10 @@ class UnknownActuator(AbstractEffect):
         "1", 0.0, 1.0, _from("held_share"), 0.5, "share of the pretension that holds the flange"
     )
     beyond_n: Scalar = strength("N", -2e3, 2e3, _from("beyond_n"), 15.0, "for each millimetre beyond a level")
-    level_m: Scalar = shape("m", 5e-5, 2e-2, _from("level_m", 1e-3), "that level")
+    level_m: Scalar = shape("m", 5e-5, 2e-2, _from("level_m", 0.5), "that level", of="stroke")
+    near_m: Scalar = shape(
+        "m", 1e-5, 5e-3, _from("near_m", 0.15), "within which a force appears", of="stroke"
+    )
     time_s: Scalar = shape("s", 5e-4, 0.1, (1e-2,), "time constant of what comes with time")
 
     def initial_relief(self, impact: Impact) -> Scalar:
@@ -59,7 +63,9 @@ class UnknownActuator(AbstractEffect):
         x, v = motion.x / X_0, motion.x_dot / V_0
         f_p = motion.impact.f_p
         of_stroke = (
-            self.stroke_2_n * x * jnp.abs(x) + self.stroke_3_n * x**3 + self.near_n * jnp.tanh(x / 0.3)
+            self.stroke_2_n * x * jnp.abs(x)
+            + self.stroke_3_n * x**3
+            + self.near_n * jnp.tanh(motion.x / self.near_m)
         )
         of_speed = -self.dry_n * jnp.tanh(v / 0.02) - self.speed_2_n * v * jnp.abs(v)
         of_kink = self.beyond_n * jnp.maximum(x - self.level_m / X_0, 0.0)

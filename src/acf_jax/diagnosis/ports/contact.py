@@ -12,11 +12,12 @@ F_0, V_0 = 100.0, 0.1  # N, m/s: an impact's typical force and rate of compressi
 WIDTH = 50.0  # N, within which a step of the contact's law happens
 LAST = (0.2,)  # share of the tried range whose slope goes on beyond it
 STEEPEST = 5.0  # N in addition for each newton of the linear contact beyond the reach
-LEVELS = (50.0, 90.0, 160.0, 280.0, 500.0, 900.0)  # N, where fits look for a kink
+LEVELS = (0.15, 0.3, 0.45, 0.6, 0.8)  # shares of the largest force where fits look for a kink
 STARTS = (
     {"square_n": 1.0, "step_100_n": 1.0, "rate_n": 1.0},
-    *({"beyond": 1.0, "level_n": level} for level in LEVELS),
-    *({"flow_per_s": 100.0, "level_n": level} for level in (80.0, 160.0)),
+    *({"beyond": 1.0, "level_n": share} for share in LEVELS),
+    *({"beyond": 8.0, "level_n": share} for share in LEVELS[2:]),
+    *({"flow_per_s": 100.0, "level_n": share} for share in (0.35, 0.7)),
     {"passing": 0.2, "frequency_hz": 30.0, "damping_ratio": 1.5},
     {"passing": 0.2, "frequency_hz": 200.0, "damping_ratio": 0.1},
     *({"pad_kg": 0.2, "frequency_hz": hz, "damping_ratio": 0.05} for hz in (150.0, 400.0)),
@@ -49,7 +50,7 @@ class UnknownContact(AbstractEffect):
     dry_n: Scalar = strength("N", -500.0, 500.0, (0.0,), 5.0, "with the sign of the rate, at 100 N")
     product_n: Scalar = strength("N", -5e3, 5e3, (0.0,), 5.0, "at 100 N and 0.1 m/s, with rate times force")
     beyond: Scalar = strength(
-        "1", -1.0, 20.0, _from("beyond"), 0.3, "in proportion to the force beyond a level"
+        "1", -1.0, 60.0, _from("beyond"), 1.0, "in proportion to the force beyond a level"
     )
     passing: Scalar = strength("1", -8.0, 8.0, _from("passing"), 0.3, "share that passes through dynamics")
     passing_rate_s: Scalar = strength("s", -1e-1, 1e-1, (0.0,), 1e-3, "with the rate of what passed")
@@ -58,7 +59,7 @@ class UnknownContact(AbstractEffect):
     )
     pad_kg: Scalar = strength("kg", 0.0, 3.0, _from("pad_kg"), 0.3, "mass of the pad")
 
-    level_n: Scalar = shape("N", 10.0, 5e3, _from("level_n", 200.0), "that level")
+    level_n: Scalar = shape("N", 10.0, 5e3, _from("level_n", 0.7), "that level", of="force")
     hardening: Scalar = shape(
         "1", 0.01, 10.0, (0.3,), "by which share of the force that has flown the level grows"
     )

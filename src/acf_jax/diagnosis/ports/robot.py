@@ -7,15 +7,20 @@ from acf_jax.effects._interface import Scalar
 from acf_jax.model import Impact, Rig
 
 T_0, F_0 = 1e-2, 100.0  # s, N: an impact's typical duration and force
-MOVING = {"time_2_m": 1e-5, "speed_2": 1e-2, "yield_m": 1e-5, "sine_m": 1e-6}
+MOVING = {"time_2_m": 1e-5, "speed_2": 1e-2, "yield_m": 0.01, "sine_m": 1e-6, "frequency_hz": 3.0}
 STARTS = (
     MOVING,
     MOVING | {"ripple_hz": 300.0},
-    {"yield_m": 3e-4, "frequency_hz": 40.0, "damping_ratio": 0.1},
-    {"yield_m": 3e-4, "frequency_hz": 12.0, "damping_ratio": 0.1},
-    {"slow_m": 3e-4, "frequency_hz": 40.0},
-    {"yield_m": 3e-4, "yield_beyond_m": -3e-4, "frequency_hz": 100.0, "damping_ratio": 0.5},
-    {"slow_beyond_m": 3e-4},
+    {"yield_m": 0.3, "frequency_hz": 1.0, "damping_ratio": 0.1},
+    {"yield_m": 0.3, "frequency_hz": 0.3, "damping_ratio": 0.1},
+    {"slow_m": 3e-4, "frequency_hz": 1.0},
+    {"yield_m": 0.3, "yield_beyond_m": -3e-4, "frequency_hz": 3.0, "damping_ratio": 0.5},
+    {"slow_beyond_m": 3e-4, "frequency_hz": 3.0},
+    *(
+        {"yield_m": 0.03, "play_n": play, "frequency_hz": frequency, "damping_ratio": 0.1}
+        for play in (0.5, 2.0)
+        for frequency in (2.0, 4.0)
+    ),
 )
 _from = beginning(STARTS)
 
@@ -38,7 +43,7 @@ class UnknownRobot(AbstractEffect):
     speed_2: Scalar = strength(
         "1", -5.0, 5.0, _from("speed_2"), 0.1, "share of v t, 10 ms after t_0, with the square of time"
     )
-    yield_m: Scalar = strength("m", -0.05, 0.05, _from("yield_m"), 1e-4, "under 100 N")
+    yield_m: Scalar = strength("m", -0.05, 0.05, _from("yield_m"), 1e-4, "under 100 N", of="compliance")
     yield_beyond_m: Scalar = strength(
         "m", -0.05, 0.05, _from("yield_beyond_m"), 1e-4, "under 100 N beyond a level"
     )
@@ -49,15 +54,24 @@ class UnknownRobot(AbstractEffect):
     inertia_m: Scalar = strength(
         "m", -0.5, 0.5, (0.0,), 1e-4, "after 10 ms under 100 N, with the square of time"
     )
+    play_n: Scalar = strength(
+        "N",
+        0.0,
+        2e4,
+        _from("play_n"),
+        100.0,
+        "of the yielding robot: under this force it yields as far",
+        of="force",
+    )
     sine_m: Scalar = strength("m", -0.05, 0.05, _from("sine_m"), 2e-5, "ripple, sine")
     cosine_m: Scalar = strength("m", -0.05, 0.05, (0.0,), 2e-5, "ripple, cosine")
 
     ripple_hz: Scalar = shape("Hz", 20.0, 1000.0, _from("ripple_hz", 100.0), "frequency of the ripple")
     frequency_hz: Scalar = shape(
-        "Hz", 3.0, 500.0, _from("frequency_hz", 150.0), "natural frequency of the dynamics"
+        "Hz", 3.0, 1500.0, _from("frequency_hz", 3.0), "natural frequency of the dynamics", of="frequency"
     )
     damping_ratio: Scalar = shape("1", 0.02, 3.0, _from("damping_ratio", 1.0), "their damping ratio")
-    level_n: Scalar = shape("N", 10.0, 2e3, (100.0,), "that level")
+    level_n: Scalar = shape("N", 10.0, 2e3, (0.5,), "that level", of="force")
     delay_s: Scalar = shape("s", 1e-5, 0.03, (1e-4,), "t_0")
 
     def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
@@ -87,7 +101,8 @@ class UnknownRobot(AbstractEffect):
 
     def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
         seen, seen_rate, impulse, *_ = own
-        rates = passing(motion.f_c / F_0, seen, seen_rate, self.frequency_hz, self.damping_ratio)
+        loose = jnp.clip(seen, 0.0, self.play_n / F_0)  # what the robot has moved of its play holds nothing
+        rates = passing(motion.f_c / F_0 + loose, seen, seen_rate, self.frequency_hz, self.damping_ratio)
         return jnp.stack([*rates, seen / T_0, self._beyond(seen) / T_0, impulse / T_0])
 
     def _beyond(self, seen: Scalar) -> Scalar:
