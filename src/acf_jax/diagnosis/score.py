@@ -21,7 +21,7 @@ HIGHEST = 0.995  # no probability is stated higher: a world outside these models
 
 @dataclass(frozen=True)
 class Weights:
-    """How evidence becomes probability, learnt on simulated cases (docs/diagnosis.md says how).
+    """How evidence becomes probability, learnt on simulated cases (docs/method.md says how).
 
     An effect whose true form differs from the library's leaves some of the gap even when it is the cause. So the
     half chi-square x/2 that an explanation leaves above the best one counts as

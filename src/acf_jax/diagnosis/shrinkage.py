@@ -31,7 +31,7 @@ class Shrinkage:
 
 
 class Form(NamedTuple):
-    """How far off the form of an explanation is by experience, as a share of the gap (docs/diagnosis.md)."""
+    """How far off the form of an explanation is by experience, as a share of the gap (docs/method.md)."""
 
     usual: float  # median
     spread: float  # standard deviation of its logarithm
