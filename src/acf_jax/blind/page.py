@@ -34,17 +34,20 @@ def _head(name: str, score: dict[str, Any]) -> Html:
     all_targets = targets(score)
     met = sum(t.met is True for t in all_targets)
     asked = sum(t.met is not None for t in all_targets)
-    first, alarms = score["clear"]["first"], score["none"]["false_alarms"]
-    parts = []
+    right, first, alarms = score["first"], score["clear"]["first"], score["none"]["false_alarms"]
+    parts = [f"{right['right']} of {right['n']} first answers are right"]
     if first["n"]:
-        parts.append(f"names {first['right']} of {first['n']} clear effects")
+        parts.append(f"{first['right']} of {first['n']} clear effects are named")
     if alarms["n"]:
-        parts.append(f"raises {alarms['right']} false alarms in {alarms['n']}")
-    said = " and ".join(parts) or "has been scored"
+        parts.append(f"{alarms['right']} of {alarms['n']} data sets without any cause raise an alarm")
     return Html(
         element("h1", f"Blind score of {name}")
-        + element("p", f"The diagnosis {said}; {met} of {asked} targets are met.", class_="verdict")
-        + element("p", f"{score['data_sets']} data sets whose cause was withheld.", class_="muted")
+        + element("p", f"{'; '.join(parts)}; {met} of {asked} targets are met.", class_="verdict")
+        + element(
+            "p",
+            "Data sets whose cause was withheld. An answer is right where it is the cause, or cannot be told from it.",
+            class_="muted",
+        )
     )
 
 

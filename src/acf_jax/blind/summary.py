@@ -42,6 +42,8 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
     result = {
         "data_sets": len(rows),
         "errors": [r["set"] for r in rows if "error" in r],
+        "first": share(rows, "first_in_class"),
+        "first_strict": share(rows, "first_right"),
         "none": {
             "no_gap": share(kind["none"], lambda r: r["verdict"] == "no_gap"),
             "false_alarms": _alarms(kind["none"]),

@@ -15,6 +15,9 @@ def lines(rows: Sequence[Row], score: dict[str, Any]) -> str:
     for t in targets(score):
         mark = {True: "met ", False: "MISS", None: "    "}[t.met]
         text.append(f"{mark} {t.name:<{width}}  {t.asked:<14}  {t.reached}")
+    text.append(
+        f"     first answers that are right: {_of(score['first'])}; without classes {_of(score['first_strict'])}"
+    )
     strict = score["clear"]["first_strict"], score["unknown"]["recalled_strict"]
     text.append(
         f"     without classes: clear single effects first {_of(strict[0])}, unknown causes {_of(strict[1])};"
