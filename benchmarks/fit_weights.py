@@ -1,70 +1,36 @@
 """Fit the weights of the diagnosis's score on blind runs, and say how well calibrated it then is.
 
-    python benchmarks/fit_weights.py RUN [RUN ...]
-    python benchmarks/fit_weights.py RUN --try port=12 --try port=16,nameless=18
+    python -m benchmarks.fit_weights RUN [RUN ...]
+    python -m benchmarks.fit_weights RUN --try port=12 --try port=16,nameless=18
 
-RUN is a folder of `python -m acf_jax blind --out RUN`, scored. The weights maximise the log probability of the truth,
-under a prior that is as wide as a factor of e about the present ones; the runs of a reference score are not for this.
-Prints the weights for src/acf_jax/diagnosis/score.py; with `--try` only how the runs come out with these weights.
+RUN is a folder of `python -m acf_jax blind --out RUN`, scored, or a file of benchmarks/kept/. The weights
+maximise the log probability of the truth, under a prior that is as wide as a factor of e about the present ones; the
+runs of a reference score are not for this before the next one. Prints the weights for
+src/acf_jax/diagnosis/score.py; with `--try` only how the runs come out with these weights.
 """
 
 import argparse
-import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import astuple, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
 
-from acf_jax.blind.answer import Answer
 from acf_jax.blind.calibration import calibrate
-from acf_jax.blind.plan import WEAK
-from acf_jax.blind.seal import open_answers
-from acf_jax.diagnosis.score import UNKNOWN, WEIGHTS, Evidence, Weights, is_port, log_scores
-from acf_jax.effects import library
+from acf_jax.diagnosis.score import (
+    UNKNOWN,
+    WEIGHTS,
+    Weights,
+    components,
+    is_port,
+    log_scores,
+    probabilities,
+)
+from benchmarks.evidence import Case, read_cases
 
 LEAST = -12.0  # log probability of a truth below which a case costs no more: it is lost either way
-
-
-class Case(NamedTuple):
-    """What a case's fits left, and what was true."""
-
-    kind: str  # "none", "weak", "clear", "pair" or "unknown"
-    evidence: Sequence[Evidence]
-    samples: int
-    noise_doubt: float
-    right: set[tuple[str, ...]]  # explanations that count as the truth
-
-
-def read_run(run: Path) -> list[Case]:
-    """The cases of a blind run that has been scored: reading opens the answers, which ends a run."""
-    if not (run / "results" / "score.json").exists():
-        raise SystemExit(f"{run}: is not scored yet; finish `python -m acf_jax blind --out {run}` first")
-    names = sorted(p.parent.name for p in (run / "results").glob("*/diagnosis.json"))
-    answers = open_answers(run / "sets", run / "results", names)
-    cases = []
-    for name in names:
-        content = json.loads((run / "results" / name / "diagnosis.json").read_text())
-        if "evidence" in content:
-            cases.append(_case(content, answers[name]))
-    return cases
-
-
-def _case(content: dict[str, Any], answer: Answer) -> Case:
-    found = [
-        Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]), f.get("log_volume"))
-        for f in content["evidence"]["fits"]
-    ]
-    samples, doubt = content["evidence"]["samples"], content["evidence"].get("noise_doubt", 0.0)
-    truth = tuple(sorted(answer.effects))
-    if answer.withheld or any(name not in library() for name in truth):
-        return Case("unknown", found, samples, doubt, {UNKNOWN, *((n,) for n in answer.neighbours)})
-    single = "clear" if (answer.whitened_distance or 0.0) >= WEAK[1] else "weak"
-    kind = ("none", single, "pair")[len(truth)]
-    return Case(kind, found, samples, doubt, {truth})
 
 
 def explained(case: Case, weights: Weights) -> dict[tuple[str, ...], float]:
@@ -76,6 +42,12 @@ def explained(case: Case, weights: Weights) -> dict[tuple[str, ...], float]:
         key = UNKNOWN if is_port(name) else name
         total[key] = total.get(key, 0.0) + float(value)
     return total
+
+
+def component(case: Case, weights: Weights) -> str:
+    """Where the cause most probably acts."""
+    p = probabilities(case.evidence, case.samples, weights, case.noise_doubt)
+    return max(components(case.evidence, p).items(), key=lambda item: item[1])[0]
 
 
 def log_probability(case: Case, weights: Weights) -> float:
@@ -101,9 +73,11 @@ def report(name: str, cases: Sequence[Case], weights: Weights) -> str:
         Counter(c.kind for c, ok in zip(cases, right, strict=True) if ok),
     )
     by_kind = ", ".join(f"{kind} {first[kind]}/{n}" for kind, n in sorted(every.items()))
+    located = sum(component(c, weights) in c.components for c in cases if c.kind == "unknown")
     lost = -np.mean([log_probability(case, weights) for case in cases])
+    stated = c.stated @ c.cases / len(cases)
     return (
-        f"{name}: {by_kind}; log loss {lost:.3f}; said with {c.stated @ c.cases / len(cases):.3f} on average,"
+        f"{name}: {by_kind} (component {located}); log loss {lost:.3f}; said with {stated:.3f} on average,"
         f" right {right.mean():.3f}, calibration error {c.error:.3f} (chance {c.by_chance:.3f})"
     )
 
@@ -132,7 +106,7 @@ def main() -> None:
     parser.add_argument("runs", nargs="+", type=Path)
     parser.add_argument("--try", dest="tried", action="append", type=changed, metavar="NAME=VALUE,...")
     chosen = parser.parse_args()
-    cases = [case for run in chosen.runs for case in read_run(run)]
+    cases = [case for run in chosen.runs for case in read_cases(run)]
     print(report("present weights", cases, WEIGHTS))
     for weights in chosen.tried or ():
         print(report(_difference(weights), cases, weights))

@@ -256,7 +256,7 @@ def of_each_fit(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[S
     )
 
 
-def components(fits: Sequence[Fit], probability: np.ndarray) -> dict[str, float]:
+def components(fits: Sequence[Fit | Evidence], probability: np.ndarray) -> dict[str, float]:
     """Probability that a cause acts at each component; a pair counts at both, an unknown cause where its ports say."""
     total = dict.fromkeys(("actuator", "contact", "robot", "sensor"), 0.0)
     for fitted, p in zip(fits, probability, strict=True):
