@@ -9,15 +9,14 @@ reference runs lie in benchmarks/kept/, for benchmarks/fit_weights.py.
 import argparse
 import gzip
 import json
+import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from acf_jax.blind.answer import Answer
-from acf_jax.blind.plan import WEAK
-from acf_jax.blind.seal import open_answers
 from acf_jax.diagnosis.score import UNKNOWN, Evidence
-from acf_jax.effects import library
+from acf_jax.errors import InputError
+from acf_jax.files import read_bytes, read_json_mapping, write_bytes
 
 
 class Case(NamedTuple):
@@ -33,63 +32,71 @@ class Case(NamedTuple):
 
 
 def read_cases(path: Path) -> list[Case]:
-    """The cases of a blind run's folder, or of a file that keeps them."""
-    return _read_file(path) if path.is_file() else _read_run(path)
+    """The cases of a blind run's folder, or of a file that keeps them; ends with a message where it is neither."""
+    try:
+        return _read_file(path) if path.is_file() else _read_run(path)
+    except InputError as error:
+        raise SystemExit(f"error: {error}") from None
 
 
 def _read_run(run: Path) -> list[Case]:
-    """Only of a run that has been scored: reading opens the answers, which ends a run."""
-    if not (run / "results" / "score.json").exists():
-        raise SystemExit(f"{run}: is not scored yet; finish `python -m acf_jax blind --out {run}` first")
-    names = sorted(p.parent.name for p in (run / "results").glob("*/diagnosis.json"))
-    answers = open_answers(run / "sets", run / "results", names)
+    """What was true is taken from the score: it says what counts as right."""
+    again = f"finish `python -m acf_jax blind --out {run}` first"
+    results = run / "results"
+    if not (results / "score.json").exists():
+        raise InputError(f"{run}: is not scored yet; {again}")
     cases = []
-    for name in names:
-        content = json.loads((run / "results" / name / "diagnosis.json").read_text("utf-8"))
-        if "evidence" in content:
-            cases.append(_case(name, content["evidence"], answers[name]))
+    for row in read_json_mapping(results / "score.json", again)["rows"]:
+        if "error" not in row:
+            content = read_json_mapping(results / row["set"] / "diagnosis.json", again)
+            cases.append(_case(row, content["evidence"]))
     return cases
 
 
-def _case(name: str, content: dict[str, Any], answer: Answer) -> Case:
+def _case(row: dict[str, Any], content: dict[str, Any]) -> Case:
     found = [
-        Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]), f.get("log_volume"))
+        Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]), f["log_volume"])
         for f in content["fits"]
     ]
-    truth = tuple(sorted(answer.effects))
-    components = answer.components or [library()[n].component for n in truth if n in library()]
-    if answer.withheld or any(n not in library() for n in truth):
-        kind, right = "unknown", {UNKNOWN, *((n,) for n in answer.neighbours)}
-    else:
-        single = "clear" if (answer.whitened_distance or 0.0) >= WEAK[1] else "weak"
-        kind, right = ("none", single, "pair")[len(truth)], {truth}
-    doubt = content.get("noise_doubt", 0.0)
-    return Case(name, kind, found, content["samples"], doubt, frozenset(right), frozenset(components))
+    truth = tuple(row["truth"])
+    kind, right = row["kind"], {truth}
+    if truth == UNKNOWN:
+        kind, right = "unknown", {truth, *((name,) for name in row["neighbours"])}
+    elif kind == "single":
+        kind = "clear" if row["clear"] else "weak"
+    components = frozenset(row["components"])
+    return Case(
+        row["set"], kind, found, content["samples"], content["noise_doubt"], frozenset(right), components
+    )
 
 
 def _read_file(path: Path) -> list[Case]:
     cases = []
-    with gzip.open(path, "rt", encoding="utf-8") as lines:
-        for line in lines:
+    try:
+        for line in gzip.decompress(read_bytes(path)).decode().splitlines():
             c = json.loads(line)
             c["evidence"] = [Evidence(tuple(n), chi2, tuple(rig), v) for n, chi2, rig, v in c["evidence"]]
             c["right"], c["components"] = frozenset(map(tuple, c["right"])), frozenset(c["components"])
             cases.append(Case(**c))
+    except (gzip.BadGzipFile, zlib.error, EOFError, ValueError, KeyError, TypeError):
+        raise InputError(
+            f"{path}: holds no evidence; name a run's folder, or a file that `python -m benchmarks.evidence` made"
+        ) from None
     return cases
 
 
 def keep(cases: Iterable[Case], path: Path) -> None:
-    """Write the cases to a file, chi-squares to the hundredth."""
-    # neither name nor time in the file's head: the same cases give the same bytes
-    with path.open("wb") as raw, gzip.GzipFile("", "wb", 9, raw, mtime=0) as file:
-        for case in cases:
-            shown = case._asdict()
-            shown["evidence"] = [
-                (e.explanation, round(e.chi_square, 2), [round(s, 3) for s in e.strain], _rounded(e.volume))
-                for e in case.evidence
-            ]
-            shown["right"], shown["components"] = sorted(case.right), sorted(case.components)
-            file.write((json.dumps(shown, separators=(",", ":")) + "\n").encode())
+    """Write the cases to a file, chi-squares to the hundredth; the same cases give the same bytes."""
+    lines = []
+    for case in cases:
+        shown = case._asdict()
+        shown["evidence"] = [
+            (e.explanation, round(e.chi_square, 2), [round(s, 3) for s in e.strain], _rounded(e.volume))
+            for e in case.evidence
+        ]
+        shown["right"], shown["components"] = sorted(case.right), sorted(case.components)
+        lines.append(json.dumps(shown, separators=(",", ":")) + "\n")
+    write_bytes(path, gzip.compress("".join(lines).encode(), mtime=0))
 
 
 def _rounded(volume: float | None) -> float | None:

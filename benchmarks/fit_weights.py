@@ -4,8 +4,8 @@
     python -m benchmarks.fit_weights RUN --try port=12 --try port=16,nameless=18
 
 RUN is a folder of `python -m acf_jax blind --out RUN`, scored, or a file of benchmarks/kept/. The weights
-maximise the log probability of the truth, under a prior that is as wide as a factor of e about the present ones; the
-runs of a reference score are not for this before the next one. Prints the weights for
+maximise the log probability of the truth, under a prior that is as wide as a factor of e about the present ones; a
+reference run is for this only once the next one judges. Prints the weights for
 src/acf_jax/diagnosis/score.py; with `--try` only how the runs come out with these weights.
 """
 
@@ -47,7 +47,8 @@ def explained(case: Case, weights: Weights) -> dict[tuple[str, ...], float]:
 def component(case: Case, weights: Weights) -> str:
     """Where the cause most probably acts."""
     p = probabilities(case.evidence, case.samples, weights, case.noise_doubt)
-    return max(components(case.evidence, p).items(), key=lambda item: item[1])[0]
+    where = components(case.evidence, p)
+    return max(where, key=where.__getitem__)
 
 
 def log_probability(case: Case, weights: Weights) -> float:

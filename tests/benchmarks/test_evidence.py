@@ -1,6 +1,9 @@
 """A run's evidence survives being kept."""
 
 import gzip
+import json
+
+import pytest
 
 from acf_jax.diagnosis.score import UNKNOWN, WEIGHTS, Evidence
 from benchmarks.evidence import Case, keep, read_cases
@@ -23,6 +26,35 @@ def test_kept_evidence_reads_as_it_was(tmp_path) -> None:
     assert (tmp_path / "one.jsonl.gz").read_bytes() == (tmp_path / "two.jsonl.gz").read_bytes()
     with gzip.open(tmp_path / "one.jsonl.gz") as lines:
         assert len(list(lines)) == 2
+
+
+def test_a_run_says_by_its_score_what_counts_as_right(tmp_path) -> None:
+    with pytest.raises(SystemExit, match="is not scored yet; finish `python -m acf_jax blind --out"):
+        read_cases(tmp_path)
+    known = {"set": "a", "kind": "single", "truth": ["sensor_lag"], "components": ["sensor"], "clear": True}
+    known["neighbours"] = {}
+    hidden = known | {"set": "b", "kind": "withheld", "truth": ["unknown"], "neighbours": {"gravity": 0.3}}
+    failed = {"set": "c", "error": "no trials"}
+    fits = [
+        {"effects": e.explanation, "chi_square": e.chi_square, "rig_strain": e.strain, "log_volume": e.volume}
+        for e in FITS
+    ]
+    for name in "ab":
+        (tmp_path / "results" / name).mkdir(parents=True)
+        content = {"evidence": {"samples": 1000, "noise_doubt": 0.05, "fits": fits}}
+        (tmp_path / "results" / name / "diagnosis.json").write_text(json.dumps(content))
+    (tmp_path / "results/score.json").write_text(json.dumps({"rows": [known, hidden, failed]}))
+    assert read_cases(tmp_path) == [
+        KNOWN,
+        HIDDEN._replace(right=frozenset({UNKNOWN, ("gravity",)})),
+    ]
+
+
+@pytest.mark.parametrize("content", [b"words", gzip.compress(b"words"), gzip.compress(b'{"evidence": 1}\n')])
+def test_a_file_of_something_else_is_named(content, tmp_path) -> None:
+    (tmp_path / "one.jsonl.gz").write_bytes(content)
+    with pytest.raises(SystemExit, match=r"one\.jsonl\.gz: holds no evidence; name a run's folder"):
+        read_cases(tmp_path / "one.jsonl.gz")
 
 
 def test_a_report_tells_causes_and_components() -> None:
