@@ -15,7 +15,7 @@ from acf_jax.worlds import Impact, answer_of, distance, draw_setup, find_world, 
 from acf_jax.worlds.distance import sensed, signature
 from acf_jax.worlds.imitation import LEAST, Imitation
 from acf_jax.worlds.interface import Rig
-from acf_jax.worlds.setup import Noise
+from acf_jax.worlds.setup import DELAY, Noise
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_the_data_set_has_the_contract_s_form(case, tmp_path):
         trace = np.loadtxt(tmp_path / row["trace"], delimiter=",", skiprows=1)
         time, force = trace.T
         assert np.all(np.diff(time) > 0.0) and time[0] < 0.0 < time[-1] and np.isfinite(force).all()
-        assert abs(force[time < -2.0 * case.setup.interval].mean()) < 1.0
+        assert abs(force[time < -2.0 * case.setup.interval].mean()) < 4.0  # coloured noise
         assert float(row["peak_force_n"]) <= force.max() + 1e-9
     answer = yaml.safe_load((tmp_path / "answer.yaml").read_text())
     assert answer["effects"] == ["gravity", "sensor_lag"] and answer["components"] == ["actuator", "sensor"]
@@ -120,13 +120,14 @@ def test_the_distance_is_what_a_bounded_fit_leaves():
         np.array(setup.prior)[:, 1],
     )
     trigger = max(setup.jitter, 0.5) * setup.interval / np.sqrt(3.0)
+    common = DELAY * setup.interval / np.sqrt(3.0)
 
     def residual(z):
-        theta, own = z[:4], z[4:].reshape(-1, 3)
-        rows = [theta]
+        theta, all_late, own = z[:4], z[4], z[5:].reshape(-1, 3)
+        rows = [z[:5]]
         for impact, (_, force, _), (v, f, late) in zip(setup.conditions, pairs, own, strict=True):
             moved = Impact(impact.v_e * (1 + setup.spread * v), impact.f_p * (1 + setup.spread * f))
-            shifted = time[: force.size] + late * trigger
+            shifted = time[: force.size] + all_late * common + late * trigger
             left = (
                 force
                 - world.respond(Rig(*(value + std * theta)), [], moved, shifted, after_loss=np.inf).sensed
@@ -136,8 +137,8 @@ def test_the_distance_is_what_a_bounded_fit_leaves():
             ]
         return np.concatenate(rows)
 
-    low = np.concatenate([(LEAST - 1) * value / std, np.full(9, -np.inf)])
-    fitted = least_squares(residual, np.zeros(13), bounds=(low, np.inf), diff_step=1e-4)
+    low = np.concatenate([(LEAST - 1) * value / std, np.full(10, -np.inf)])
+    fitted = least_squares(residual, np.zeros(14), bounds=(low, np.inf), diff_step=1e-4)
     assert fitted.x[2] == pytest.approx(low[2], rel=1e-3)
     assert distance(world, setup, causes) == pytest.approx(np.sqrt(2 * fitted.cost), rel=8e-3)
 
@@ -159,6 +160,7 @@ def test_without_a_cause_nothing_but_noise_spread_and_trigger_is_left(coloured):
             force(velocity * (1.0 + setup.spread), pretension) - nominal,
             force(velocity, pretension * (1.0 + setup.spread)) - nominal,
             np.gradient(nominal, trial.time) * setup.interval * setup.jitter / np.sqrt(3.0),
+            np.gradient(nominal, trial.time) * setup.interval * DELAY / np.sqrt(3.0),
         ]
         kept = trial.time > 1.5 * setup.interval  # the step at time 0 is no small change of the trigger
         columns = setup.noise.whiten(np.stack(nuisances, axis=1)[kept])

@@ -38,7 +38,8 @@ def distance(world: AbstractWorld, setup: Setup, causes: Sequence[Any]) -> float
     """Whitened distance of the causes from what nominal parameters and nuisances can imitate.
 
     d^2 = min over theta of |W (F_with - F_without(theta))|^2 + |theta/std|^2, where theta holds the
-    rig's four constants under their priors and, for each trial, velocity, pretension and trigger time.
+    rig's four constants under their priors, the delay that all triggers share and, for each trial, velocity, pretension
+    and trigger time.
     The best method there is confuses two explanations at distance d with probability Q(d/2).
     The minimum is found by Gauss-Newton steps.
 

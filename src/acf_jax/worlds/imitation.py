@@ -7,20 +7,21 @@ import numpy as np
 
 from acf_jax.worlds.interface import Array, Rig
 from acf_jax.worlds.paper import contact_force, until_lost
-from acf_jax.worlds.setup import Setup
+from acf_jax.worlds.setup import DELAY, Setup
 
 ADJUSTMENTS = 12  # of the imitating rig, at most
 HALVINGS = 6  # of a step that makes the imitation worse
 ENOUGH = 1e-4  # share by which a further adjustment has to lower the squared distance
 STEP = 1e-3  # standard deviations over which a derivative is taken
 LEAST = 0.02  # share of its true value below which no constant of the imitating rig goes
+COMMON = 5  # parameters that all trials share
 Trace = tuple[Array, Array]  # time s, force N
 
 
 class Point(NamedTuple):
     """Everything that a fit may adjust, in standard deviations."""
 
-    common: Array  # (4,) m, d, k_F, k_C
+    common: Array  # (COMMON,) m, d, k_F, k_C and the delay of all triggers
     own: Array  # (conditions, 3) velocity, pretension and trigger of the trials
 
     def moved(self, common: Array, own: Array, share: float = 1.0) -> "Point":
@@ -32,7 +33,7 @@ class Misfit(NamedTuple):
     """What a point leaves, whitened, and how it changes; zero where nothing is recorded."""
 
     left: Array  # (conditions, samples)
-    by_common: Array  # (conditions, samples, 4)
+    by_common: Array  # (conditions, samples, COMMON)
     by_own: Array  # (conditions, samples, 3)
 
 
@@ -43,7 +44,8 @@ class Imitation:
         self.setup = setup
         self.value = np.array([setup.rig.m, setup.rig.d, setup.rig.k_f, setup.rig.k_c])
         self.std = np.array([std for _, std in setup.prior])
-        self.low = (LEAST - 1) * self.value / self.std
+        self.low = np.append((LEAST - 1) * self.value / self.std, -np.inf)
+        self.delay_std = DELAY * setup.interval / np.sqrt(3.0)
         self.trigger_std = max(setup.jitter, 0.5) * setup.interval / np.sqrt(3.0)
         self.v_e, self.f_p = np.array(setup.conditions).T[:, :, None]
         lengths = np.array([force.size for _, force in traces])
@@ -54,27 +56,27 @@ class Imitation:
     @property
     def truth(self) -> Point:
         """The true rig, every trial as commanded."""
-        return Point(np.zeros(4), np.zeros((len(self.setup.conditions), 3)))
+        return Point(np.zeros(COMMON), np.zeros((len(self.setup.conditions), 3)))
 
     def force(self, at: Point, is_lost: bool = True) -> Array:
         """Force without causes, N, (conditions, samples); with `is_lost` contact ends where it would pull."""
-        rig = Rig(*(self.value + self.std * at.common))
+        rig = Rig(*(self.value + self.std * at.common[:4]))
         v, f, late = at.own.T[:, :, None]
         spread = self.setup.spread
-        time = self.time + self.trigger_std * late
+        time = self.time + self.delay_std * at.common[4] + self.trigger_std * late
         force = contact_force(rig, self.v_e * (1 + spread * v), self.f_p * (1 + spread * f), time)
         return until_lost(force) if is_lost else force
 
     def misfit(self, at: Point, is_lost: bool = True) -> Misfit:
         """What the point leaves of the traces, and the derivatives of its force."""
         here, none = self.force(at, is_lost), self.truth
-        common, own = np.eye(4), np.eye(3)
-        beside = [at.moved(common[i], none.own, STEP) for i in range(4)]
+        common, own = np.eye(COMMON), np.eye(3)
+        beside = [at.moved(common[i], none.own, STEP) for i in range(COMMON)]
         beside += [at.moved(none.common, own[i], STEP) for i in range(3)]
         rows = [self.measured - here, *((self.force(p, is_lost) - here) / STEP for p in beside)]
         white = self.setup.noise.whiten(np.stack(rows, axis=-1).swapaxes(0, 1)).swapaxes(0, 1)
         white = white * self.recorded[..., None]
-        return Misfit(white[..., 0], white[..., 1:5], white[..., 5:])
+        return Misfit(white[..., 0], white[..., 1 : 1 + COMMON], white[..., 1 + COMMON :])
 
     def squared(self, at: Point, misfit: Misfit) -> float:
         """Squared whitened distance of the traces from the point's forces, and of the point from the priors."""
@@ -91,7 +93,7 @@ class Imitation:
         reduced = np.einsum("cap,cab->cpb", cross, inverse)
         normal = np.einsum("cnp,cnq->pq", j, j) - np.einsum("cpb,cbq->pq", reduced, cross)
         gradient = np.einsum("cnp,cn->p", j, left) - np.einsum("cpb,cb->p", reduced, on_own)
-        step = _within(np.eye(4) + repeats * normal, repeats * gradient - at.common, at.common, self.low)
+        step = _within(np.eye(COMMON) + repeats * normal, repeats * gradient - at.common, at.common, self.low)
         return step, np.einsum("cab,cb->ca", inverse, on_own - cross @ step)
 
     def best(self) -> tuple[Point, float]:
@@ -141,7 +143,7 @@ class Imitation:
         Of a condition the part counts that all of the signals have.
         """
         misfit, weight = self.misfit(self.truth), np.sqrt(self.setup.repeats)
-        columns, targets = [np.eye(4)], [np.zeros((4, len(signals)))]
+        columns, targets = [np.eye(COMMON)], [np.zeros((COMMON, len(signals)))]
         for c in range(len(self.setup.conditions)):
             n = min(len(signal[c]) for signal in signals)
             # The unit rows are the priors, in standard deviations.

@@ -8,6 +8,7 @@ from acf_jax.worlds.interface import Array, Impact, Rig
 
 LONGEST = 0.06  # s, where contact is not lost
 APPROACH = 0.003  # s
+DELAY = 0.25  # samples by which all triggers of a campaign are late or early alike, at most
 SAMPLE_RATES = (4000.0, 5000.0, 8000.0, 10000.0, 16000.0, 20000.0)  # Hz
 VELOCITIES = (  # m/s
     (0.05, 0.1, 0.2, 0.3, 0.35),
@@ -53,7 +54,8 @@ class Setup:
     interval: float  # s, between samples
     noise: Noise
     spread: float  # relative standard deviation of velocity and pretension, trial to trial
-    jitter: float  # the trigger is off by at most this many samples
+    jitter: float  # the trigger of a trial is off by at most this many samples
+    delay: float  # samples by which all triggers are late besides
     quantum: float  # N
     after_loss: float  # s, for how long a recording goes on once contact is lost
     fault: str  # of one trial: "", "dropout", "loose_cable" or "wrong_label"
@@ -111,4 +113,5 @@ def draw_setup(rng: np.random.Generator, coloured: bool) -> Setup:
         quantum=float(rng.choice([0.01, 0.05, 0.2], p=[0.2, 0.6, 0.2])),
         after_loss=float(rng.uniform(0.001, 0.004) * (rng.random() < 0.25)),
         fault=str(rng.choice(["", "dropout", "loose_cable", "wrong_label"], p=[0.91, 0.03, 0.03, 0.03])),
+        delay=float(rng.uniform(-DELAY, DELAY)),
     )

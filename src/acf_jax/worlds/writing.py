@@ -66,6 +66,7 @@ def answer_of(case: Case) -> dict[str, Any]:
         "rig": {key: float(f"{value:.6g}") for key, value in zip(RIG_KEYS, rig, strict=True)},
         "parameters": {name: _plain(asdict(cause)) for name, cause in case.causes.items()},  # type: ignore[call-overload]
         "trigger_jitter_samples": case.setup.jitter,
+        "trigger_delay_samples": round(case.setup.delay, 4),
         "faulty_trials": {trial.name: trial.fault for trial in case.trials if trial.fault},
     }
 
