@@ -10,7 +10,7 @@ from acf_jax.worlds import AbstractCause, AbstractWorld, Case, Setup, find_world
 from acf_jax.worlds.distance import sensed
 from acf_jax.worlds.imitation import Imitation
 
-FORMS = 4  # that each effect is drawn in; 32 lower the ceiling by a twentieth (docs/blind.md)
+FORMS = 32  # that each effect is drawn in: the fewer, the more the very form of the true one tells
 SMALL = 0.05  # size at which a form is drawn: its signature is taken as proportional to its size
 SIZES = np.exp(np.linspace(np.log(WEAK[0]), np.log(60.0), 12))  # whitened distances that an effect may have
 DRAWS = 4000  # of the noise
