@@ -40,10 +40,11 @@ class Weights:
     exact: float = 0.5  # share of the likelihood that always counts beside a form that leaves only noise
     exact_of_all: float = 0.01  # the same where that form has another number of effects
     effect: float = 5.3  # cost of one effect, in log probability
-    rare: float = 2.1  # the same, where it is known how free it was to explain what it does
-    second: float = 6.0  # cost of each further one
+    rare: float = 1.85  # the same, where it is known how free it was to explain what it does
+    second: float = 5.0  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
-    port: float = 14.5  # cost of the free discrepancy at a port
+    port: float = 13.5  # cost of the free discrepancy at a port
+    small: float = 2.3  # further cost of a port, and of each further effect, to explain a small gap
     nameless: float = 28.0  # cost of a cause that neither the library nor the ports can imitate
     in_series: float = (
         1.8  # further cost of a port that all forces pass, in telling where an unknown cause acts
@@ -69,22 +70,29 @@ def is_port(explanation: Explanation) -> bool:
     return bool(explanation) and explanation[0] in ports()
 
 
-def cost(explanation: Explanation, weights: Weights = WEIGHTS, volume: float | None = None) -> float:
+def cost(
+    explanation: Explanation,
+    weights: Weights = WEIGHTS,
+    volume: float | None = None,
+    is_small: bool = False,
+) -> float:
     """Log probability that an explanation has less than the paper's model before any data.
 
     Where it is known how free the effect was, `volume`, that takes the place of what its freedom costs on average.
+    Where the gap is small, `is_small`, that is known of single effects only; ports and further effects cost more there.
     """
     if not explanation:
         return 0.0
     if volume is not None:
         return weights.rare + float(np.clip(-volume, LEAST_FREE, MOST_FREE))
+    dearer = weights.small * is_small
     if is_port(explanation):
-        return weights.port
+        return weights.port + dearer
     known = [every_effect()[name] for name in explanation]
     fits_noise = sum(cls.fits_noise for cls in known)
     # of one that may act either way, half of what it can do lies on the other side of what it did
     either_way = np.log(2) * sum(cls.acts_either_way() for cls in known)
-    among_effects = weights.effect + weights.second * (len(explanation) - 1)
+    among_effects = weights.effect + (weights.second + dearer) * (len(explanation) - 1)
     return float(among_effects + weights.noise * fits_noise + either_way)
 
 
@@ -128,7 +136,8 @@ def log_scores(
             told = 0.5 * share * (chi2[alike] - chi2[alike].min())
             misfit[alike] = np.maximum(misfit[alike], misfit[alike].min() + told)
     strained = _strained(evidence, weights)
-    costs = [cost(e.explanation, weights, e.volume) for e in evidence]
+    is_small = any(e.volume is not None for e in evidence)
+    costs = [cost(e.explanation, weights, e.volume, is_small) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 
 
