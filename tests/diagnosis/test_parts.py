@@ -31,6 +31,7 @@ from acf_jax.diagnosis.score import (
     credible_set,
     doubt,
     explanations,
+    log_scores,
     of_each_fit,
     probabilities,
 )
@@ -225,6 +226,18 @@ def test_noise_whose_colour_is_hardly_known_is_no_unknown_cause() -> None:
     assert guessed > 0.99 and known < 0.01
     assert Noise(1.0, 0.9, 1e-3, samples=200).doubt == pytest.approx(0.2)
     assert Noise(1.0, samples=20).doubt == 0.0
+
+
+def test_ports_and_further_effects_cost_more_where_single_effects_pay_for_their_freedom() -> None:
+    names: list[Explanation] = [(), ("gravity",), ("gravity", "sensor_lag"), ("unknown_robot",)]
+
+    def odds(volume: float | None) -> np.ndarray:
+        rows = zip(names, (1050.0, 1010.0, 1005.0, 1000.0), strict=True)
+        evidence = [Evidence(e, x, (0.0,) * 4, volume if e == ("gravity",) else None) for e, x in rows]
+        p = np.exp(log_scores(evidence, 1000))
+        return np.asarray(p[2:4] / p[0])
+
+    np.testing.assert_allclose(odds(-3.0) / odds(None), np.exp(-WEIGHTS.small))
 
 
 def test_an_effect_that_fits_any_noise_must_fit_better() -> None:

@@ -19,9 +19,10 @@ DRAWS = 4000  # of the noise
 def ceiling(case: Case) -> float:
     """Probability that the Bayes decision between no effect and every single effect finds the case's.
 
-    It is told what no user knows: the rig about which to linearise, the noise, how often each cause comes, and the very
-    form of the true one. Every other effect comes in forms drawn from the world, each at any size. Signals are
-    whitened, and projected off what nominal parameters and nuisances can imitate. An effect that the best method
+    It is told what no user knows: the rig about which to linearise, the noise and how often each cause comes. Every
+    effect comes in forms drawn from the world, each at any size; the true form is among them, so the fewer there are
+    the more it is told of that one too. Signals are whitened, and projected off what nominal parameters and nuisances
+    can imitate. An effect that the best method
     confuses with the true signal more than one time in ten counts as found.
     """
     gram, labels, rng = signals(case)
