@@ -187,6 +187,19 @@ def test_a_pair_that_leaves_only_noise_stands_before_a_law_that_leaves_much_more
     assert odds(32000.0) > 10.0
 
 
+def test_a_form_that_strains_the_rig_is_not_exact() -> None:
+    """As in a blind run: a pair that fits far within the noise only because the mass is 15 deviations off."""
+    names: list[Explanation] = [(), ("gravity", "sensor_lag"), ("pad_mass", "sensor_lag")]
+
+    def odds(strain: float) -> float:
+        rows = zip(names, (80000.0, 1000.0, 760.0), ((0.0,), (0.0,), (strain,)), strict=True)
+        p = probabilities([Evidence(*row) for row in rows], 1000)
+        return float(p[1] / p[2])
+
+    assert odds(240.0) > 10.0
+    assert odds(0.0) < 0.1
+
+
 def test_contact_is_lost_only_after_there_was_some() -> None:
     contact = np.array(
         [[0.0, 0.0, 3.0, 5.0, 0.0, 0.0], [2.0, 3.0, 4.0, 3.0, 2.0, 1.0], [1.0, 0.0, 1.0, 2.0, 1.0, 0.0]]

@@ -131,9 +131,10 @@ def log_scores(
     gap, excess = chi2[0] - chi2.min(), chi2 - chi2.min()
     misfit = _misfit(excess, weights.rho_squared * gap, weights.nu, samples)
     misfit[0] = _misfit(gap, 0.0, weights.nu_noise, samples)
+    with_rig = np.array([e.chi_square + sum(e.strain) for e in evidence])  # a form that strains it is not exact
     for alike, share in _told_apart(evidence, weights):
-        if chi2[alike].min() < noise:
-            told = 0.5 * share * (chi2[alike] - chi2[alike].min())
+        if with_rig[alike].min() < noise:
+            told = 0.5 * share * (with_rig[alike] - with_rig[alike].min())
             misfit[alike] = np.maximum(misfit[alike], misfit[alike].min() + told)
     strained = _strained(evidence, weights)
     is_small = any(e.volume is not None for e in evidence)
