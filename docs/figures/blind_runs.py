@@ -75,7 +75,7 @@ def draw(axes: Axes, runs: list[Run], number: int) -> None:
     limit = targets(score_of(runs[0]))[number].limit
     axes.axhline(limit, color=ASKED, lw=1, ls="--")
     axes.set_title(title, fontsize=10)
-    axes.set_xticks(range(len(runs)), [run["seed"] for run in runs], rotation=60)
+    axes.set_xticks(range(len(runs)), [run["seed"] for run in runs], rotation=90)
     few = limit < 0.5
     axes.set_ylim((-0.004, 0.2) if few else (-0.02, 1.15) if kind == "weak" else (0.3, 1.03))
     if few:
