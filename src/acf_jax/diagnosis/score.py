@@ -131,7 +131,8 @@ def log_scores(
     gap, excess = chi2[0] - chi2.min(), chi2 - chi2.min()
     misfit = _misfit(excess, weights.rho_squared * gap, weights.nu, samples)
     misfit[0] = _misfit(gap, 0.0, weights.nu_noise, samples)
-    with_rig = np.array([e.chi_square + sum(e.strain) for e in evidence])  # a form that strains it is not exact
+    # a form that has to strain the rig is not exact
+    with_rig = np.array([e.chi_square + sum(e.strain) for e in evidence])
     for alike, share in _told_apart(evidence, weights):
         if with_rig[alike].min() < noise:
             told = 0.5 * share * (with_rig[alike] - with_rig[alike].min())
