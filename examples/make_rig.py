@@ -1,4 +1,8 @@
-"""Writes examples/rig, the data set of the documentation: `python examples/make_rig.py`."""
+"""Writes examples/rig, the data set of the documentation: `python examples/make_rig.py`.
+
+The files that lie here were made before 2026-11-25. Since then a delay of all triggers is drawn too, so that the
+same seed makes another end stop and other traces.
+"""
 
 from pathlib import Path
 

@@ -8,10 +8,12 @@ The truth is that of the simulated rig behind examples/rig, an engine that share
 # %% Set-up: double precision, and the surrogate, which carries the corrected model that it was trained on.
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import jax
 import numpy as np
+import yaml
 from scipy.optimize import brentq
 
 from acf_jax.contact.body import WALL
@@ -43,13 +45,15 @@ def of(model: ContactModel) -> Force:
     return lambda v: float(forces(model.main.peak, model.at(v, F_P)[None], WALL)[0][0])
 
 
-case = make_case(6, ["end_stop"], size=0.1321629720564765, coloured=False)  # as examples/make_rig.py makes it
+answer = yaml.safe_load((ROOT / "examples/rig_answer.yaml").read_text("utf-8"))
+case = make_case(answer["seed"], answer["effects"], size=answer["sizes"]["end_stop"], coloured=False)
+stop = replace(case.causes["end_stop"], **answer["parameters"]["end_stop"])  # type: ignore[type-var]
 world, time = find_world(case.world), np.linspace(0.0, 0.02, 2001)  # s
 
 
 def truth(v: float) -> float:
     """The largest contact force of the rig itself, N."""
-    response = world.respond(case.setup.rig, list(case.causes.values()), Impact(v, F_P), time)
+    response = world.respond(case.setup.rig, [stop], Impact(v, F_P), time)
     return float(response.contact.max())
 
 
