@@ -50,7 +50,11 @@ def test_a_run_says_by_its_score_what_counts_as_right(tmp_path) -> None:
     ]
 
 
-@pytest.mark.parametrize("content", [b"words", gzip.compress(b"words", mtime=0), gzip.compress(b'{"evidence": 1}\n')])
+@pytest.mark.parametrize(
+    "content",
+    [b"words", gzip.compress(b"words"), gzip.compress(b'{"evidence": 1}\n')],
+    ids=["text", "compressed text", "another list"],  # what is compressed holds the time of day
+)
 def test_a_file_of_something_else_is_named(content, tmp_path) -> None:
     (tmp_path / "one.jsonl.gz").write_bytes(content)
     with pytest.raises(SystemExit, match=r"one\.jsonl\.gz: holds no evidence; name a run's folder"):
