@@ -26,7 +26,7 @@ def draw_set(trials: int, cause: str = "coulomb_friction", seed: int = SEED) -> 
     for i in range(trials):
         label = setup.conditions[i % len(setup.conditions)]
         scatter = 1.0 + setup.spread * rng.standard_normal(2)
-        late = setup.interval * (setup.delay + setup.jitter * rng.uniform(-1.0, 1.0))
+        late = setup.late(rng)
         impact = Impact(label.v_e * scatter[0], label.f_p * scatter[1])
         sensed = world.respond(setup.rig, causes, impact, setup.time + late, setup.after_loss).sensed
         force = np.asarray(sensed + setup.noise.draw(rng, sensed.size), np.float64)

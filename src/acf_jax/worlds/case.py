@@ -106,7 +106,7 @@ def record_trials(
     trials = []
     for i, label in enumerate(commanded):
         scatter = 1.0 + setup.spread * rng.standard_normal(2)
-        late = setup.interval * (setup.delay + setup.jitter * rng.uniform(-1.0, 1.0))
+        late = setup.late(rng)
         impact = Impact(label.v_e * scatter[0], label.f_p * scatter[1])
         response = world.respond(setup.rig, causes, impact, setup.time + late, setup.after_loss)
         force = response.sensed + setup.noise.draw(rng, response.sensed.size)

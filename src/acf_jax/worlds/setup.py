@@ -66,6 +66,10 @@ class Setup:
         before = round(APPROACH / self.interval)
         return self.interval * np.arange(-before, round(LONGEST / self.interval) + 1)
 
+    def late(self, rng: np.random.Generator) -> float:
+        """By how much the trigger of one trial is late, s."""
+        return float(self.interval * (self.delay + self.jitter * rng.uniform(-1.0, 1.0)))
+
 
 def draw_rig(rng: np.random.Generator) -> Rig:
     """A rig from the range in which flanges and pads are found; impacts last 4 to 30 ms."""
