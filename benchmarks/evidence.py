@@ -43,6 +43,10 @@ def _read_run(run: Path) -> list[Case]:
     """What was true is taken from the score: it says what counts as right."""
     again = f"finish `python -m acf_jax blind --out {run}` first"
     results = run / "results"
+    if not run.is_dir():
+        raise InputError(
+            f"{run}: no such file or folder; name a scored run's folder, or a file of benchmarks/kept/"
+        )
     if not (results / "score.json").exists():
         raise InputError(f"{run}: is not scored yet; {again}")
     cases = []

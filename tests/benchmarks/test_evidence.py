@@ -31,6 +31,8 @@ def test_kept_evidence_reads_as_it_was(tmp_path) -> None:
 def test_a_run_says_by_its_score_what_counts_as_right(tmp_path) -> None:
     with pytest.raises(SystemExit, match="is not scored yet; finish `python -m acf_jax blind --out"):
         read_cases(tmp_path)
+    with pytest.raises(SystemExit, match=r"other\.jsonl\.gz: no such file or folder; name a scored run"):
+        read_cases(tmp_path / "other.jsonl.gz")
     known = {"set": "a", "kind": "single", "truth": ["sensor_lag"], "components": ["sensor"], "clear": True}
     known["neighbours"] = {}
     hidden = known | {"set": "b", "kind": "withheld", "truth": ["unknown"], "neighbours": {"gravity": 0.3}}
