@@ -21,8 +21,7 @@ from acf_jax.contact.model import ContactModel, forces
 from acf_jax.contact.read import by_surrogate, of_diagnosis
 from acf_jax.diagnosis.model_file import check_model
 from acf_jax.surrogate import load_corrected
-from acf_jax.worlds import make_case
-from acf_jax.worlds.interface import Impact, find_world
+from acf_jax.worlds.interface import Impact, Rig, find_world
 
 ROOT = Path(__file__).resolve().parents[2]
 F_P = 60.0  # N
@@ -46,14 +45,15 @@ def of(model: ContactModel) -> Force:
 
 
 answer = yaml.safe_load((ROOT / "examples/rig_answer.yaml").read_text("utf-8"))
-case = make_case(answer["seed"], answer["effects"], size=answer["sizes"]["end_stop"], coloured=False)
-stop = replace(case.causes["end_stop"], **answer["parameters"]["end_stop"])  # type: ignore[type-var]
-world, time = find_world(case.world), np.linspace(0.0, 0.02, 2001)  # s
+world, rig = find_world(answer["world"]), Rig(*answer["rig"].values())
+drawn = world.draw("end_stop", answer["seed"], rig, answer["sizes"]["end_stop"])
+stop = replace(drawn, **answer["parameters"]["end_stop"])  # type: ignore[type-var]
+time = np.linspace(0.0, 0.02, 2001)  # s
 
 
 def truth(v: float) -> float:
     """The largest contact force of the rig itself, N."""
-    response = world.respond(case.setup.rig, [stop], Impact(v, F_P), time)
+    response = world.respond(rig, [stop], Impact(v, F_P), time)
     return float(response.contact.max())
 
 
