@@ -134,11 +134,12 @@ def robot_compliance(inverse_mass, hz, zeta):
 
 def robot_deceleration(a, b, t_0):
     brake = a + b * V
-    return Truth(  # the robot's own position and speed as states
-        robot=lambda t, y: (y[0], y[1]),
-        own=lambda t, s_dot, x_ddot, f_c, y: (y[1], -brake if t_0 < t < t_0 + V / brake else 0.0),
-        n_own=2,
-    )
+
+    def rates(t, y):  # the robot's own position, speed and acceleration as states
+        wanted = -brake if t_0 < t < t_0 + V / brake else 0.0
+        return y[1], y[2], (wanted - y[2]) / t_0
+
+    return Truth(robot=lambda t, y: (y[0], y[1]), own=lambda t, s_dot, x_ddot, f_c, y: rates(t, y), n_own=3)
 
 
 def sensor_lag(tau, zeta):

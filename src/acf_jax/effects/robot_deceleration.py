@@ -7,8 +7,9 @@ from acf_jax.model import Impact, Rig
 class RobotDeceleration(AbstractEffect):
     """The robot brakes during the impact, with the deceleration a + b v after the time t_0, until it stands still.
 
-    r'' = -(a + b v_E) for t_0 < t < t_0 + v_E/(a + b v_E). A guarded stop: constant deceleration (a), or one that takes
-    every speed to rest in the same time 1/b (ISO 10218-1:2011, protective stop). The paper assumes r = 0.
+    t_0 r''' + r'' = -(a + b v_E) for t_0 < t < t_0 + v_E/(a + b v_E), and 0 before and after: what reacts late builds
+    up slowly. A guarded stop: constant deceleration (a), or one that takes every speed to rest in the same time 1/b
+    (ISO 10218-1:2011, protective stop). The paper assumes r = 0.
     """
 
     component = "robot"
@@ -23,7 +24,11 @@ class RobotDeceleration(AbstractEffect):
     def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
         deceleration = self.deceleration_m_per_s2 + self.rate_per_s * impact.v_e
         to_rest = impact.v_e / jnp.maximum(deceleration, 1e-6)
-        braking = jnp.clip(t - self.delay_s, 0.0, to_rest)
-        standing = jnp.maximum(t - self.delay_s - to_rest, 0.0)
-        lost = jnp.minimum(deceleration * braking, impact.v_e)
-        return -0.5 * deceleration * braking**2 - impact.v_e * standing, -lost
+        begun, ended = self._since(t - self.delay_s), self._since(t - self.delay_s - to_rest)
+        return -deceleration * (begun[0] - ended[0]), -deceleration * (begun[1] - ended[1])
+
+    def _since(self, t: Scalar) -> tuple[Scalar, Scalar]:
+        """Displacement and velocity at t of an acceleration that builds up to 1 from 0 on."""
+        since, tau = jnp.maximum(t, 0.0), self.delay_s
+        approached = -tau * jnp.expm1(-since / tau)
+        return 0.5 * since**2 - tau * (since - approached), since - approached
