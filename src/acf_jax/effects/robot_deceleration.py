@@ -19,7 +19,9 @@ class RobotDeceleration(AbstractEffect):
     rate_per_s: Scalar = strength(
         "1/s", 0.0, 1000.0, (5.0, 50.0), 30.0, "deceleration b in proportion to speed"
     )
-    delay_s: Scalar = shape("s", 1e-4, 0.03, (5e-4, 3e-3), "time t_0 from contact to braking")
+    delay_s: Scalar = shape(
+        "s", 1e-4, 0.03, (5e-4, 3e-3), "time t_0 from contact to braking, and in which that builds up"
+    )
 
     def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
         deceleration = self.deceleration_m_per_s2 + self.rate_per_s * impact.v_e
@@ -30,5 +32,5 @@ class RobotDeceleration(AbstractEffect):
     def _since(self, t: Scalar) -> tuple[Scalar, Scalar]:
         """Displacement and velocity at t of an acceleration that builds up to 1 from 0 on."""
         since, tau = jnp.maximum(t, 0.0), self.delay_s
-        approached = -tau * jnp.expm1(-since / tau)
-        return 0.5 * since**2 - tau * (since - approached), since - approached
+        velocity = since + tau * jnp.expm1(-since / tau)
+        return 0.5 * since**2 - tau * velocity, velocity
