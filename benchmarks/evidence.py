@@ -59,7 +59,13 @@ def _read_run(run: Path) -> list[Case]:
 
 def _case(row: dict[str, Any], content: dict[str, Any]) -> Case:
     found = [
-        Evidence(tuple(f["effects"]), f["chi_square"], tuple(f["rig_strain"]), f["log_volume"])
+        Evidence(
+            tuple(f["effects"]),
+            f["chi_square"],
+            tuple(f["rig_strain"]),
+            f["log_volume"],
+            f.get("optimism", 0.0),
+        )
         for f in content["fits"]
     ]
     truth = tuple(row["truth"])
@@ -79,7 +85,9 @@ def _read_file(path: Path) -> list[Case]:
     try:
         for line in gzip.decompress(read_bytes(path)).decode().splitlines():
             c = json.loads(line)
-            c["evidence"] = [Evidence(tuple(n), chi2, tuple(rig), v) for n, chi2, rig, v in c["evidence"]]
+            c["evidence"] = [
+                Evidence(tuple(n), chi2, tuple(rig), *more) for n, chi2, rig, *more in c["evidence"]
+            ]
             c["right"], c["components"] = frozenset(map(tuple, c["right"])), frozenset(c["components"])
             cases.append(Case(**c))
     except (gzip.BadGzipFile, zlib.error, EOFError, ValueError, KeyError, TypeError):
@@ -95,7 +103,13 @@ def keep(cases: Iterable[Case], path: Path) -> None:
     for case in cases:
         shown = case._asdict()
         shown["evidence"] = [
-            (e.explanation, round(e.chi_square, 2), [round(s, 3) for s in e.strain], _rounded(e.volume))
+            (
+                e.explanation,
+                round(e.chi_square, 2),
+                [round(s, 3) for s in e.strain],
+                _rounded(e.volume),
+                round(e.optimism, 2),
+            )
             for e in case.evidence
         ]
         shown["right"], shown["components"] = sorted(case.right), sorted(case.components)

@@ -13,7 +13,7 @@ STRAIN = (0.0, 0.0, 0.0, 0.0)
 FITS = [
     Evidence((), 5000.0, STRAIN, None),
     Evidence(("sensor_lag",), 1000.25, STRAIN, -2.5),
-    Evidence(("unknown_contact",), 990.0, (1.5, 0.0, 0.0, 0.0), None),
+    Evidence(("unknown_contact",), 990.0, (1.5, 0.0, 0.0, 0.0), None, 31.25),
 ]
 KNOWN = Case("a", "clear", FITS, 1000, 0.05, frozenset({("sensor_lag",)}), frozenset({"sensor"}))
 HIDDEN = KNOWN._replace(name="b", kind="unknown", right=frozenset({UNKNOWN}))
@@ -38,7 +38,13 @@ def test_a_run_says_by_its_score_what_counts_as_right(tmp_path) -> None:
     hidden = known | {"set": "b", "kind": "withheld", "truth": ["unknown"], "neighbours": {"gravity": 0.3}}
     failed = {"set": "c", "error": "no trials"}
     fits = [
-        {"effects": e.explanation, "chi_square": e.chi_square, "rig_strain": e.strain, "log_volume": e.volume}
+        {
+            "effects": e.explanation,
+            "chi_square": e.chi_square,
+            "rig_strain": e.strain,
+            "log_volume": e.volume,
+            "optimism": e.optimism,
+        }
         for e in FITS
     ]
     for name in "ab":

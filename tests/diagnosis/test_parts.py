@@ -253,6 +253,35 @@ def test_ports_and_further_effects_cost_more_where_single_effects_pay_for_their_
     np.testing.assert_allclose(odds(-3.0) / odds(None), np.exp(-WEIGHTS.small))
 
 
+def test_what_a_fit_owes_to_what_it_has_seen_counts_but_where_freedom_has_its_price() -> None:
+    names: list[Explanation] = [(), ("gravity",), ("gravity", "sensor_lag"), ("unknown_robot",)]
+
+    def odds(owed: float, volume: float | None = None) -> float:
+        rows = zip(names, (1100.0, 1040.0, 1012.0, 1000.0), (0.0, 0.0, 10.0, 10.0 + owed), strict=True)
+        evidence = [
+            Evidence(e, x, (0.0,) * 4, volume if e == ("gravity",) else None, more) for e, x, more in rows
+        ]
+        score = log_scores(evidence, 1000)
+        return float(np.exp(score[2] - score[3]))
+
+    assert odds(0.0) < 0.5 and odds(30.0) > 20.0
+    assert odds(30.0, volume=-3.0) == odds(0.0, volume=-3.0)
+
+
+def test_beside_a_free_curve_that_leaves_only_noise_a_law_is_not_excused_by_a_large_gap() -> None:
+    """A tenth of the half chi-square counts at least, however small a share of the gap it is."""
+
+    def odds(left: float) -> float:
+        evidence = [
+            Evidence(e, x, (0.0,) * 4)
+            for e, x in (((), 1e6), (("gravity",), left), (("unknown_robot",), 1000.0))
+        ]
+        score = log_scores(evidence, 1000)
+        return float(score[1] - score[2])
+
+    assert odds(1000.0) - odds(1400.0) == pytest.approx(0.5 * WEIGHTS.exact_of_all * 400.0)
+
+
 def test_an_effect_that_fits_any_noise_must_fit_better() -> None:
     plain, eager = ("sensor_lag",), ("sensor_resonance",)
     rest = (0.0,) * 4

@@ -12,6 +12,7 @@ from acf_jax.diagnosis.colour import recoloured
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.observe import Observations, observe
+from acf_jax.diagnosis.optimism import optimism
 from acf_jax.diagnosis.outliers import outliers
 from acf_jax.diagnosis.peaks import same_peaks
 from acf_jax.diagnosis.score import (
@@ -194,7 +195,10 @@ def _evidence(observations: Observations, fits: Sequence[Fit]) -> list[Evidence]
     gap = 2 * (fits[0].objective - min(f.objective for f in fits))
     shares = volumes(observations, fits[0], fits) if gap < NEAR else {}
     return [
-        evidence_of(f)._replace(volume=shares.get(f.explanation[0]) if len(f.explanation) == 1 else None)
+        evidence_of(f)._replace(
+            volume=shares.get(f.explanation[0]) if len(f.explanation) == 1 else None,
+            optimism=optimism(f, observations.condition),
+        )
         for f in fits
     ]
 

@@ -62,6 +62,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
                     "chi_square": _round(e.chi_square),
                     "rig_strain": [_round(s) for s in e.strain],
                     "log_volume": _round(e.volume),
+                    "optimism": _round(e.optimism),
                 }
                 for e in d.evidence
             ],

@@ -1,6 +1,6 @@
 """From fits to probabilities: how much each explanation leaves, and what that says when no form is exact."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ class Weights:
     The paper's model alone has no form to be wrong: only noise that is not known exactly tempers what it leaves.
     Where the best explanation by as many effects leaves nothing but noise, its form is as good as exact; another one
     by as many then loses at least the share `exact` of the half chi-square by which it fits worse, and beside the best
-    of all named ones the share `exact_of_all`.
+    of all named ones and free curves the share `exact_of_all`.
     What the rig's own parameters had to leave their priors counts under a Student prior with heavy tails.
     """
 
@@ -38,7 +38,7 @@ class Weights:
     nu_noise: float = 60.0  # the same for noise that is not as it is said to be
     rho_squared: float = 0.052  # the share of the gap that a wrong form leaves
     exact: float = 0.5  # share of the likelihood that always counts beside a form that leaves only noise
-    exact_of_all: float = 0.01  # the same where that form has another number of effects
+    exact_of_all: float = 0.1  # the same beside the best of all, free curves among them
     effect: float = 5.3  # cost of one effect, in log probability
     rare: float = 1.85  # the same, where it is known how free it was to explain what it does
     second: float = 5.0  # cost of each further one
@@ -105,10 +105,11 @@ class Evidence(NamedTuple):
     volume: float | None = (
         None  # log share of what a single effect can do that explains as much, where it is known
     )
+    optimism: float = 0.0  # chi-square that the fit would leave more of conditions that it has not seen
 
 
 def evidence_of(fitted: Fit) -> Evidence:
-    """The evidence of a fit."""
+    """The evidence of a fit, without what takes the observations to tell."""
     strain = fitted.u[: len(RIG)] ** 2
     return Evidence(fitted.explanation, float(2 * fitted.objective - strain.sum()), tuple(strain.tolist()))
 
@@ -125,31 +126,42 @@ def log_scores(
 
     The nameless cause would leave nothing but noise, here a little more than the noise as known, and by the share
     `noise_doubt` more where its colour is hardly known (`acf_jax.dataset.Noise.doubt`).
+
+    Each explanation counts by what it would leave of conditions that it has not seen, `Evidence.optimism` included. Not
+    so where the gap is small: there the prices say what an explanation's freedom is worth.
     """
     noise = noise_level(samples, weights, noise_doubt)
-    chi2 = np.append([e.chi_square for e in evidence], noise)
+    is_small = any(e.volume is not None for e in evidence)
+    chi2 = np.append([e.chi_square + e.optimism * (not is_small) for e in evidence], noise)
     gap, excess = chi2[0] - chi2.min(), chi2 - chi2.min()
     misfit = _misfit(excess, weights.rho_squared * gap, weights.nu, samples)
     misfit[0] = _misfit(gap, 0.0, weights.nu_noise, samples)
-    # a form that has to strain the rig is not exact
-    with_rig = np.array([e.chi_square + sum(e.strain) for e in evidence])
-    for alike, share in _told_apart(evidence, weights):
-        if with_rig[alike].min() < noise:
-            told = 0.5 * share * (with_rig[alike] - with_rig[alike].min())
+    for alike, share, left in _told_apart(evidence, chi2[:-1], weights):
+        if left.min() < noise:
+            told = 0.5 * share * (left - left.min())
             misfit[alike] = np.maximum(misfit[alike], misfit[alike].min() + told)
     strained = _strained(evidence, weights)
-    is_small = any(e.volume is not None for e in evidence)
     costs = [cost(e.explanation, weights, e.volume, is_small) for e in evidence]
     return -misfit - np.append(strained, strained.min()) - np.array([*costs, weights.nameless])
 
 
-def _told_apart(evidence: Sequence[Evidence], weights: Weights) -> list[tuple[np.ndarray, float]]:
-    """The places of the explanations by one effect, of those by two, and so on, and of all; and what counts there."""
+def _told_apart(
+    evidence: Sequence[Evidence], unseen: np.ndarray, weights: Weights
+) -> Iterator[tuple[np.ndarray, float, np.ndarray]]:
+    """The explanations by one effect, by two, and so on, and all: their places, the share that counts, what they leave.
+
+    A form that has to strain the rig is not exact: that counts as left. All, free curves among them, are told apart by
+    what they leave of conditions that they have not seen, `unseen`.
+    """
+    left = np.array([e.chi_square for e in evidence])
+    rig = np.array([sum(e.strain) for e in evidence])
     many = np.array([0 if is_port(e.explanation) else len(e.explanation) for e in evidence])
-    if not many.any():
-        return []
-    of_as_many = [(np.flatnonzero(many == n), weights.exact) for n in np.unique(many[many > 0])]
-    return [*of_as_many, (np.flatnonzero(many), weights.exact_of_all)]
+    for n in np.unique(many[many > 0]):
+        alike = np.flatnonzero(many == n)
+        yield alike, weights.exact, (left + rig)[alike]
+    if many.any():
+        every = np.flatnonzero([bool(e.explanation) for e in evidence])
+        yield every, weights.exact_of_all, (unseen + rig)[every]
 
 
 def _misfit(excess: np.ndarray, wrong: float, nu: float, samples: int) -> np.ndarray:
