@@ -6,9 +6,11 @@ fitted shows the difference (Stone, 'Cross-validatory choice', J. R. Stat. Soc. 
 exceeds the fit's own by (Efron, 'How biased is the apparent error rate', J. Am. Stat. Assoc. 81, 1986).
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from acf_jax.diagnosis.fit import N_OWN, Fit, Linearisation, normal_equations
+from acf_jax.diagnosis.fit import Fit, half_chi_square, normal_equations
 
 MOST = 50.0  # chi-square; a larger one comes from a step on which first order no longer holds
 
@@ -31,21 +33,11 @@ def optimism(fitted: Fit, condition: np.ndarray) -> float:
 
 
 def _left_unseen(fitted: Fit, out: np.ndarray) -> float:
-    """Chi-square of the trials `out`, predicted from the others."""
-    rest, free = np.flatnonzero(~out), ~fitted.at_bound
+    """Chi-square of the trials `out` after one step to the fit of the others, their own nuisances fitted anew."""
+    rest, left, free = np.flatnonzero(~out), np.flatnonzero(out), ~fitted.at_bound
     normal = normal_equations(fitted.linear.of(rest), fitted.u, fitted.own[rest], fitted.misfit)
     step = np.zeros_like(fitted.u)
     step[free] = -np.linalg.solve(normal.hessian[np.ix_(free, free)], normal.gradient[free])
-    return _after(fitted.linear.of(np.flatnonzero(out)), step, fitted.own[out])
-
-
-def _after(linear: Linearisation, step: np.ndarray, own: np.ndarray) -> float:
-    """Chi-square of trials after a step of the shared parameters, their own nuisances fitted anew."""
-    k = linear.by_own
-    without = (
-        linear.residual - np.einsum("p,ipn->in", step, linear.by_parameter) + np.einsum("ia,ian->in", own, k)
-    )
-    slope = np.einsum("ian,in->ia", k, without)
-    curvature = np.einsum("ian,ibn->iab", k, k) + np.eye(N_OWN)
-    taken = np.einsum("ia,ia->", slope, np.linalg.solve(curvature, slope[..., None])[..., 0])
-    return float((without**2).sum() - taken)
+    linear, own, none = fitted.linear.of(left), fitted.own[left], np.zeros_like(step)
+    there = replace(linear, residual=linear.residual - np.einsum("p,ipn->in", step, linear.by_parameter))
+    return 2 * half_chi_square(there, none, own) - normal_equations(there, none, own).gain_of_own
