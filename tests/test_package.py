@@ -8,11 +8,11 @@ import subprocess
 import sys
 import tomllib
 import zipfile
-from importlib import metadata
 from itertools import chain
 from pathlib import Path
 
 import pytest
+from bare import absent_modules
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -110,46 +110,10 @@ def test_installed_wheel_answers(installed):
     assert peak["f_max"] == pytest.approx(195.17, abs=0.01)  # 195 N in the paper's Table 1
 
 
-WITHOUT = """
-import runpy, sys
-from importlib.abc import MetaPathFinder
-
-absent = set(sys.argv.pop(1).split(","))
-
-class Absent(MetaPathFinder):
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in absent:
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-
-sys.meta_path.insert(0, Absent())
-runpy.run_module("acf_jax", run_name="__main__", alter_sys=True)
-"""
-
-
-def pip_brings(distribution: str, found: set[str]) -> set[str]:
-    """The distribution and all that `pip install` brings with it, no extra asked for."""
-    name = canonicalize_name(distribution)
-    if name not in found:
-        found.add(name)
-        for line in metadata.requires(name) or ():
-            needed = Requirement(line)
-            if not needed.marker or needed.marker.evaluate({"extra": ""}):
-                pip_brings(needed.name, found)
-    return found
-
-
-def test_a_diagnosis_needs_nothing_that_pip_does_not_bring(tmp_path):
+def test_what_only_extras_bring_is_known():
     """An import may be one of a library's own, made late, as that of flatbuffers by jax.export."""
-    brought = pip_brings("acf-jax", set())
-    absent = [
-        module
-        for module, owners in metadata.packages_distributions().items()
-        if not brought & set(map(canonicalize_name, owners))
-    ]
+    absent = absent_modules()
     assert "onnx" in absent and "flatbuffers" not in absent
-    command = ["diagnose", str(ROOT / "examples/rig"), "--out", str(tmp_path / "diagnosis")]
-    run(sys.executable, "-c", WITHOUT, ",".join(absent), *command)
-    assert (tmp_path / "diagnosis/report.html").exists()
 
 
 def test_help_needs_no_jax():

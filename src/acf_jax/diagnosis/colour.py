@@ -107,12 +107,9 @@ def _log_likelihood(observations: Observations, bare: Fit, noise: Noise) -> floa
     """Of the compared samples, parameters and nuisances integrated out; `bare`: a fit whose linearisation is in N."""
     whiten = Whitener(observations.time, observations.used, noise)
     linear = bare.linear
-    white = replace(
-        linear,
-        residual=whiten(linear.residual[:, None])[:, 0],
-        by_parameter=whiten(linear.by_parameter),
-        by_own=whiten(linear.by_own),
-    )
+    rows = whiten(np.concatenate([linear.residual[:, None], linear.by_parameter, linear.by_own], axis=1))
+    own = 1 + len(bare.u)  # the first row of a nuisance
+    white = replace(linear, residual=rows[:, 0], by_parameter=rows[:, 1:own], by_own=rows[:, own:])
     normal = normal_equations(white, bare.u, bare.own)
     volume = np.linalg.slogdet(normal.own_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
     left = half_chi_square(white, bare.u, bare.own) - 0.5 * normal.gain

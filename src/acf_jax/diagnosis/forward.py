@@ -85,7 +85,7 @@ def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
 
     def program(
         z: Float[Array, "trials p+2"], h: Scalar, steps: Int[Array, ""], pull: Scalar, reach: Scalar
-    ) -> tuple[Float[Array, "trials samples"], Float[Array, "trials p+3 samples"]]:
+    ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples trials p+3"]]:
         return simulate_with_derivatives(partial(system, pull=pull, reach=reach), z, h, SAMPLES, steps)
 
     number = jax.ShapeDtypeStruct((), float)
@@ -163,6 +163,7 @@ def forward(
         here = slice(first, min(first + BLOCK, n))
         padded = z[here][np.arange(BLOCK) % (here.stop - first)]
         found = _program(explanation)(padded, grid.h, grid.steps, grid.pull, reach)
-        contact[here] = np.asarray(found[0])[: here.stop - first, :used]
-        rows[here] = np.asarray(found[1])[: here.stop - first, :, :used]
+        # turned here, where most of the grid is left out already
+        contact[here] = np.asarray(found[0])[:used, : here.stop - first].T
+        rows[here] = np.moveaxis(np.asarray(found[1])[:used, : here.stop - first], 0, 2)
     return Forces(contact, rows)

@@ -55,6 +55,8 @@ def _beside_loss(k: np.ndarray, at: np.ndarray, contact: np.ndarray) -> np.ndarr
     lost = first_loss(contact)[..., None]
     before, after = lost - 3, lost + 1
     has_room = (before >= 2) & (after <= contact.shape[-1] - 3)
+    if not has_room.any():
+        return k
     before = np.broadcast_to(np.where(has_room, before, 2), k.shape)
     left = (np.take_along_axis(contact[None], _around(before), -1) * _cubic(at - before)).sum(0)
     is_before = (at < lost - 1) | ((at < lost) & (left > 0))
@@ -69,9 +71,10 @@ def at_times(values: np.ndarray, times: np.ndarray, h: float, contact: np.ndarra
 
 def combine(values: np.ndarray, near: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Values (trials, rows, samples) at each trial's own times: indices and weights (4, trials, n) are from `taps`."""
-    result = np.zeros((*values.shape[:2], near.shape[-1]))
-    for k, w in zip(near, weight, strict=True):
-        result += np.take_along_axis(values, k[:, None], axis=2) * w[:, None]
+    result = np.empty((*values.shape[:2], near.shape[-1]))
+    for trial in range(len(values)):  # taken trial by trial: several times as fast as all at once
+        taken = values[trial].take(near[:, trial], axis=1)
+        np.add.reduce(taken * weight[:, trial], axis=1, out=result[trial])
     return result
 
 

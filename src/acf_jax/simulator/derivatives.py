@@ -25,7 +25,7 @@ def simulate_with_derivatives(
     h: Scalar,
     samples: int,
     steps: Int[Array, ""],
-) -> tuple[Float[Array, "n samples"], Float[Array, "n p+1 samples"]]:
+) -> tuple[Float[Array, "samples n"], Float[Array, "samples n p+1"]]:
     """Forces of `n` impacts on the grid 0, h, 2h, ...
 
     **Arguments:** `make`: the equations of motion of one impact from its numbers. `z`: these numbers. `h`, `samples`,
@@ -78,7 +78,7 @@ def simulate_with_derivatives(
     contact = jnp.zeros((samples, n)).at[0].set(now[0])
     rows = jnp.zeros((samples, n, p + 1)).at[0].set(now[1])
     _, contact, rows = jax.lax.fori_loop(0, steps, body, (moving_0, contact, rows))
-    return contact.T, jnp.moveaxis(rows, 0, 2)
+    return contact, rows
 
 
 def _split(moving: Moving) -> tuple[Smooth, Released]:
