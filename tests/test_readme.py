@@ -41,6 +41,7 @@ CODE = [
 
 def test_the_readme_shows_commands():
     assert any("README" in shown.id for shown in SHOWN) and CODE
+    assert any(" diagnose " in shown.id for shown in SHOWN)  # the one that runs as pip alone leaves it
 
 
 @pytest.fixture(scope="module")
@@ -60,15 +61,17 @@ def folder_of(tmp_path_factory):
 @pytest.mark.parametrize("page, command, output", SHOWN)
 def test_command_prints_what_the_documentation_shows(page, command, output, folder_of):
     # A diagnosis, the main job, needs nothing that pip does not bring.
-    called = bare(*command[3:]) if "diagnose" in command else [sys.executable, *command[1:]]
+    is_diagnosis = "diagnose" in command
+    called = bare(*command[3:]) if is_diagnosis else [sys.executable, *command[1:]]
     finished = subprocess.run(called, cwd=folder_of(page), capture_output=True, text=True, check=False)
     assert finished.returncode == 0, finished.stderr
     printed, shown = (
         [line.rstrip() for line in text.rstrip().splitlines()] for text in (finished.stdout, output)
     )
-    if "diagnose" not in command:
+    if not is_diagnosis:
         assert printed == shown
         return
+    assert (folder_of(page) / command[-1] / "report.html").exists()
     # Percentages that rest on thousands of rounded steps may differ by one between machines.
     words, numbers = zip(
         *((NUMBER.sub("#", t), NUMBER.findall(t)) for t in map("\n".join, (printed, shown))), strict=True
