@@ -99,10 +99,10 @@ def contact_hardening(excess, gain, q):
     return Truth(contact=lambda t, s, *_: law(at_rest + s))
 
 
-def pad_relaxation(ratio, share, tau):
+def pad_relaxation(a, p, tau):  # as a relaxed spring with a Maxwell branch beside it
     return Truth(
-        contact=lambda t, s, s_dot, y: K_C * s + F_P * (1 - share * (1 - np.exp(-t / tau))) + y[0],
-        own=lambda t, s_dot, x_ddot, f_c, y: (ratio * K_C * s_dot - y[0] / tau,),
+        contact=lambda t, s, s_dot, y: (1 - a) * K_C * s + F_P * (1 - p * (1 - np.exp(-t / tau))) + y[0],
+        own=lambda t, s_dot, x_ddot, f_c, y: (a * K_C * s_dot - y[0] / tau,),
         n_own=1,
     )
 
