@@ -14,16 +14,23 @@ from acf_jax.errors import InputError, shown
 MAX_BYTES = 200_000_000  # a trace of 200 MB is hours long; nothing else that is read comes near
 
 
-def read_bytes(path: Path) -> bytes:
-    """The file's content; `InputError` unless it is an ordinary file of bearable size.
+def check_ordinary(path: Path, limit: int | None = MAX_BYTES) -> None:
+    """Refuse what is no ordinary file, or longer than `limit` bytes; a link is what it leads to, a missing file passes.
 
     A device or a pipe could be read without end.
+
+    **Raises:** `InputError`.
     """
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is not an ordinary file; name a file")
+    if limit is not None and path.is_file() and path.stat().st_size > limit:
+        raise InputError(f"{path}: is larger than {limit / 1e6:g} MB; cut it to what is needed")
+
+
+def read_bytes(path: Path) -> bytes:
+    """The file's content; `InputError` unless it is an ordinary file of bearable size."""
     try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is not an ordinary file; name a file")
-        if path.is_file() and path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path}: is larger than {MAX_BYTES // 10**6} MB; cut it to what is needed")
+        check_ordinary(path)
         return path.read_bytes()
     except InputError:
         raise
@@ -121,8 +128,7 @@ def write_bytes(path: Path, content: bytes) -> None:
     A link stays one, and the file that it names is written; `InputError` for a folder, a device or a pipe.
     """
     path = Path(os.path.realpath(path))
-    if path.exists() and not path.is_file():
-        raise InputError(f"{path}: is not an ordinary file; name a file")
+    check_ordinary(path, None)
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:

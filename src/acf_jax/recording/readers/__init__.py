@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from acf_jax.errors import InputError
+from acf_jax.files import check_ordinary
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.series import Channel, Progress, Series
 
@@ -58,6 +59,8 @@ def open_recording(path: Path, time: str | None = None, time_scale: float | None
     """
     if not path.exists():
         raise InputError(f"{path}: no such file or folder; check the path")
+    if not path.is_dir():
+        check_ordinary(path, None)  # of any size: readers stream
     known = readers()
     for reader in known:
         if reader.recognises(path):

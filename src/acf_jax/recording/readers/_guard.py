@@ -14,6 +14,10 @@ T = TypeVar("T")
 Faults = tuple[type[Exception], ...]
 
 
+class Oversized(Exception):
+    """What a file would unfold to is more than it can hold; the text ends with the remedy."""
+
+
 def need(module: str, extra: str, what: str) -> ModuleType:
     """The module of an optional extra; `InputError` names the extra when it is missing."""
     try:
@@ -26,11 +30,13 @@ def need(module: str, extra: str, what: str) -> ModuleType:
 
 @contextmanager
 def border(path: Path, faults: Faults, remedy: str) -> Iterator[None]:
-    """Turn `faults` raised inside into an `InputError` about `path`."""
+    """Turn `faults` raised inside, or `Oversized`, into an `InputError` about `path`."""
     try:
         yield
     except InputError:
         raise
+    except Oversized as error:
+        raise InputError(f"{path}: {error}") from None
     except faults as error:
         raise InputError(f"{path}: cannot be read ({in_words(error)}); {remedy}") from None
 

@@ -1,18 +1,20 @@
 """ROS 1 bags and ROS 2 bags (MCAP, sqlite3), through rosbags."""
 
 import re
+import sqlite3
 import struct
-import sys
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from importlib import import_module
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.recording.mapping import Source
+from acf_jax.recording.readers import _bounds
 from acf_jax.recording.readers._fields import getter
 from acf_jax.recording.readers._guard import Faults, border, need, some, within
+from acf_jax.recording.readers._parts import CHILD, FRAME, JOINT, Wanted
 from acf_jax.recording.series import Channel, Growing, Progress, Series
 
 KIND = "a ROS 2 bag (folder, .mcap, .db3) or ROS 1 bag (.bag)"
@@ -38,11 +40,9 @@ NUMBER = {f"std_msgs/msg/{name}": "data" for name in ("Float64", "Float32", "Int
 PLACES = FORCE | VELOCITY | POSITION | NUMBER
 PRETENSION_NAMES = ("pretension", "preload")
 JOINTS = "sensor_msgs/msg/JointState"
-# Messages of many transforms, one of which a field names by its child frame; the rest of the field is within that.
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-_FRAME = re.compile(r"transforms\[([^\[\]]+)\](?:\.(.+))?")
-_JOINT = re.compile(r"\w+\[(?!\d+\])([^\[\]]+)\]")  # by its name: several publishers may share the topic
 
+_LINE = 100  # bytes of the first line of a ROS 1 bag, which has 13
 _REMEDY = {
     ".mcap": "if it was not closed, `mcap recover` repairs it",
     ".bag": "if it was not closed, `rosbag reindex` repairs it",
@@ -73,16 +73,20 @@ class Bag:
         from rosbags.rosbag2 import Reader as Reader2
         from rosbags.typesys import Stores, get_typestore
 
-        self.path = self._storage(path)
+        self.faults = _faults()
+        with border(path, self.faults, _REINDEX):
+            self.path = _storage(path)
         self.is_ros1 = self.path.suffix.lower() == ".bag"
         self.store = get_typestore(Stores.ROS1_NOETIC if self.is_ros1 else Stores.ROS2_HUMBLE)
-        self.faults = _faults()
         self.remedy = _REMEDY.get(self.path.suffix.lower(), _REINDEX)
+        _bounds.bound_rosbags()
         with border(self.path, self.faults, self.remedy):
+            _check_files(self.path)
             self.reader = (Reader1 if self.is_ros1 else Reader2)(self.path)
             self.reader.open()
         try:
             with border(self.path, self.faults, self.remedy):
+                self.packed = self._takes_over_unpacking()
                 # names and counts are as a metadata.yaml has them, which may be anything
                 self.topics = {str(c.topic): str(c.msgtype) for c in self.reader.connections}
                 self.counts = {str(name): int(info.msgcount) for name, info in self.reader.topics.items()}
@@ -90,15 +94,16 @@ class Bag:
             self.close()
             raise
 
-    @staticmethod
-    def _storage(path: Path) -> Path:
-        """The folder, or its only file where the metadata are missing."""
-        if not path.is_dir() or (path / "metadata.yaml").exists():
-            return path
-        files = [file for file in sorted(path.iterdir()) if file.suffix in (".mcap", ".db3")]
-        if len(files) > 1:
-            raise InputError(f"{path}: has no metadata.yaml; name one of {some(f.name for f in files)}")
-        return files[0]
+    def _takes_over_unpacking(self) -> bool:
+        """Refuse chunks that unpack to too much; whether messages are packed one by one: rosbags then leaves them so."""
+        if self.is_ros1:
+            return False
+        storage = self.reader.storage
+        for part in getattr(storage, "storages", [storage]):
+            _bounds.check_chunks(getattr(part, "chunks", ()))
+        packed = storage.metadata.compression_mode == "message"
+        storage.metadata = storage.metadata._replace(compression_mode=None)
+        return bool(packed)
 
     def close(self) -> None:
         """Let go of the file."""
@@ -125,25 +130,25 @@ class Bag:
 
     def described(self, source: Source) -> str:
         """Topic and field."""
-        return f"{source.name}:{self._place(source)}"
+        frame, _ = _frame_and_field(source)
+        return f"{source.name}:{'' if frame is None else f'frame_id[{frame}].'}{self._place(source)}"
 
     def read(self, sources: Mapping[str, Source], progress: Progress) -> dict[str, Series]:
         """The signals in one pass over the messages of their topics."""
         faults = [fault for source in sources.values() if (fault := self._missing(source))]
         if faults:
             raise InputError(faults)
-        wanted: dict[str, list[_Wanted]] = {}
+        wanted: dict[str, list[Wanted]] = {}
         for key, source in sources.items():
-            kind, name, place = self._part(source)
-            get = getter(place, f"{self.path} topic {source.name}")
-            wanted.setdefault(source.name, []).append(_Wanted(key, kind, name, get, set()))
-        grown = {key: Growing() for key in sources}
+            wanted.setdefault(source.name, []).append(self._wanted(key, source))
         for topic in wanted:
             self._learn(topic)
+        self._check_fields(wanted)
+        grown = {key: Growing() for key in sources}
         total = sum(self.counts.get(topic, 0) for topic in wanted)
-        for done, (topic, received, message) in enumerate(self._messages(set(wanted))):
+        for done, (topic, sender, received, message) in enumerate(self._messages(set(wanted))):
             for signal in wanted[topic]:
-                for part in signal.parts(message):
+                for part in signal.parts(message, sender):
                     stamp, samples = _stamp(part), grown[signal.key]
                     samples.value.append(signal.get(part))
                     samples.time.append(received if stamp is None else stamp)
@@ -152,15 +157,24 @@ class Bag:
             if done % 10_000 == 0:
                 progress(done, total)
         for topic, signals in wanted.items():
-            for signal in signals:
-                known = some(sorted(signal.seen))
-                if signal.name and not grown[signal.key].value:
-                    what = f"has no {signal.kind} {shown(signal.name)}; name one of {known}"
-                    raise InputError(f"{self.path} topic {topic}: {what}")
-                if signal.kind == "joint" and not signal.name and len(signal.seen) > 1:
-                    what = f"holds several joints; name one as velocity[NAME]: {known}"
-                    raise InputError(f"{self.path} topic {topic}: {what}")
+            faults += [f"{self.path} topic {topic}: {why}" for s in signals if (why := s.fault(topic))]
+        if faults:
+            raise InputError(list(dict.fromkeys(faults)))
         return {key: self._noted(samples.done(), sources[key]) for key, samples in grown.items()}
+
+    def _check_fields(self, wanted: Mapping[str, list[Wanted]]) -> None:
+        """Refuse fields that the first message of their topic lacks, all at once."""
+        faults: list[str] = []
+        for topic, signals in wanted.items():
+            _, sender, _, message = next(self._messages({topic}), (topic, 0, 0, None))
+            for signal in signals if message is not None else ():
+                try:
+                    for part in replace(signal, seen=set(), senders=Counter()).parts(message, sender):
+                        signal.get(part)
+                except InputError as error:
+                    faults += error.faults
+        if faults:
+            raise InputError(faults)
 
     def _noted(self, series: Series, source: Source) -> Series:
         """With a word on joints, whose unit depends on their kind."""
@@ -169,11 +183,15 @@ class Bag:
         note = f"{self.described(source)}: a joint's, taken as m or m/s; of a joint that turns it is rad or rad/s"
         return replace(series, notes=(*series.notes, note))
 
-    def _messages(self, topics: set[str]) -> Iterator[tuple[str, int, Any]]:
+    def _messages(self, topics: set[str]) -> Iterator[tuple[str, int, int, Any]]:
+        """Topic, connection, the recorder's time (ns) and message, in the order of that time."""
         connections = [c for c in self.reader.connections if c.topic in topics]
         deserialize = self.store.deserialize_ros1 if self.is_ros1 else self.store.deserialize_cdr
+        unpack = _bounds.unpack_message if self.packed else bytes
         raw = self.reader.messages(connections=connections)
-        read = ((c.topic, int(time), deserialize(data, c.msgtype)) for c, time, data in raw)
+        read = (
+            (c.topic, int(c.id), int(time), deserialize(unpack(data), c.msgtype)) for c, time, data in raw
+        )
         yield from within(read, self.path, self.faults, self.remedy)
 
     def _learn(self, topic: str) -> None:
@@ -201,26 +219,29 @@ class Bag:
     def _place(self, source: Source) -> str:
         """The path of the value within the topic's messages."""
         usual = PLACES.get(self.topics.get(source.name, ""), "data")
-        if source.field in ("x", "y", "z"):
-            return f"{usual}.{source.field}"
-        if source.field is not None:
-            return source.field
+        _, field = _frame_and_field(source)
+        if field in ("x", "y", "z"):
+            return f"{usual}.{field}"
+        if field is not None:
+            return field
         return usual if usual == "data" or self.topics.get(source.name) == JOINTS else f"{usual}.z"
 
-    def _part(self, source: Source) -> tuple[str, str, str]:
-        """What a topic holds parts of ('child frame', 'joint' or ''), the one meant, and the value's path there."""
-        place = self._place(source)
+    def _wanted(self, key: str, source: Source) -> Wanted:
+        """Which parts of the topic's messages the signal is in, and how it is taken out of one."""
+        kind, name, place = "", "", self._place(source)
         if self.topics[source.name] == JOINTS:
-            found = _JOINT.fullmatch(place)
-            return "joint", found[1] if found else "", place
-        if self.topics[source.name] not in TRANSFORMS:
-            return "", "", place
-        if found := _FRAME.fullmatch(place):
-            return "child frame", found[1], found[2] or "transform.translation.z"
-        raise InputError(
-            f"{self.path} topic {source.name}: holds transforms of many frames; name one by its child frame, as in "
-            f"{source.name}:transforms[tool0].transform.translation.z"
-        )
+            kind, found = "joint", JOINT.fullmatch(place)
+            name = found[1] if found else ""
+        elif self.topics[source.name] in TRANSFORMS:
+            kind, found = "child frame", CHILD.fullmatch(place)
+            if found is None:
+                raise InputError(
+                    f"{self.path} topic {source.name}: holds transforms of many frames; name one by its child frame, as"
+                    f" in {source.name}:transforms[tool0].transform.translation.z"
+                )
+            name, place = found[1], found[2] or "transform.translation.z"
+        get = getter(place, f"{self.path} topic {source.name}")
+        return Wanted(key, kind, name, _frame_and_field(source)[0], place, get)
 
     def _missing(self, source: Source) -> str | None:
         if source.time is not None:
@@ -233,29 +254,35 @@ class Bag:
         return None
 
 
-@dataclass(frozen=True)
-class _Wanted:
-    """A signal within the messages of a topic."""
+def _storage(path: Path) -> Path:
+    """The folder, or its only file where the metadata are missing."""
+    if not path.is_dir():
+        return path
+    _bounds.check_folder(path)
+    if (path / "metadata.yaml").exists():
+        return path
+    files = [file for file in sorted(path.iterdir()) if file.suffix in (".mcap", ".db3")]
+    if len(files) > 1:
+        raise InputError(f"{path}: has no metadata.yaml; name one of {some(f.name for f in files)}")
+    return files[0]
 
-    key: str
-    kind: str  # of the parts that messages hold: child frames, joints, or nothing of the like
-    name: str  # of the part meant; empty: any
-    get: Callable[[Any], float]
-    seen: set[str]  # names of parts in the messages so far
 
-    def parts(self, message: Any) -> list[Any]:
-        """The parts of a message, or the message itself, that hold the signal."""
-        if self.kind == "child frame":
-            named = [
-                (str(transform.child_frame_id).lstrip("/"), transform) for transform in message.transforms
-            ]
-            self.seen.update(name for name, _ in named)
-            return [transform for name, transform in named if name == self.name.lstrip("/")]
-        if self.kind == "joint":
-            names = [str(name) for name in message.name]
-            self.seen.update(names)
-            return [message] if not self.name or self.name in names else []
-        return [message]
+def _check_files(path: Path) -> None:
+    """Refuse a bag whose files cannot be opened with bounded memory."""
+    for file in path.glob("*.db3") if path.is_dir() else [path]:
+        if file.suffix.lower() == ".db3":
+            _bounds.check_database(file)
+    if path.suffix.lower() == ".bag":
+        with path.open("rb") as opened:
+            is_cut = not opened.readline(_LINE).endswith(b"\n")  # rosbags reads on until a line ends
+        if is_cut:
+            raise InputError(f"{path}: is no whole ROS 1 bag; {_REMEDY['.bag']}")
+
+
+def _frame_and_field(source: Source) -> tuple[str | None, str | None]:
+    """The frame whose messages are meant, if it is named, and the rest of the field."""
+    found = FRAME.fullmatch(source.field or "")
+    return (found[1], found[2]) if found else (None, source.field)
 
 
 def _stamp(message: Any) -> int | None:
@@ -271,8 +298,8 @@ def _faults() -> Faults:
     from rosbags.serde import SerdeError
     from rosbags.typesys import TypesysError
 
-    zstd = import_module("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd")
-    own = (ReaderError1, ReaderError2, SerdeError, TypesysError, apsw.Error, zstd.ZstdError, struct.error)
+    own = (ReaderError1, ReaderError2, SerdeError, TypesysError, apsw.Error, sqlite3.Error)
+    packed = (_bounds.zstd().ZstdError, struct.error)
     # Sizes, offsets and names in a damaged file are used before they are checked.
     unchecked = (OSError, EOFError, AssertionError, LookupError, TypeError, ValueError, AttributeError)
-    return (*own, *unchecked, ArithmeticError, RuntimeError, MemoryError)
+    return (*own, *packed, *unchecked, ArithmeticError, RuntimeError, MemoryError)
