@@ -8,6 +8,7 @@ from acf_jax.dataset import units
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.recording.contacts import sampling_interval
 from acf_jax.recording.cut import Cut
+from acf_jax.recording.sampling import sampling_fault
 from acf_jax.recording.series import Array
 from acf_jax.recording.session import Session
 
@@ -20,7 +21,7 @@ NEWTONS = {"kN": 1e3, "kgf": 9.80665, "gf": 9.80665e-3, "mN": 1e-3}  # in a unit
 
 
 def interval_fault(session: Session, impact_time: float) -> str | None:
-    """Why the times of the force cannot be in seconds; None when they can. `impact_time`: roughly, s."""
+    """Why the times of the force cannot be those of its samples; None when they can. `impact_time`: roughly, s."""
     if session.force.time.size < 2:
         return None  # too short for another reason
     step = sampling_interval(session.force)
@@ -36,7 +37,7 @@ def interval_fault(session: Session, impact_time: float) -> str | None:
             f"{where}: a sample every {step:g} s is beyond any sensor; set time_scale in the --mapping file to the"
             " seconds in a unit"
         )
-    return None
+    return sampling_fault(session.force, where, impact_time)
 
 
 def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:

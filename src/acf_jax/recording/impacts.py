@@ -48,7 +48,7 @@ def find_impacts(
     """
     known = rig or units.TYPICAL_RIG
     if fault := interval_fault(session, known.impact_time):
-        raise InputError(fault)
+        raise InputError([fault, *session.force.notes])  # such as why they are not the stamps
     where = f"{session.path} {session.labels['force']}"
     level, rises = find_contacts(session.force, options, where)
     found = first_impacts(session, rises, known.impact_time)

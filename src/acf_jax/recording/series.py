@@ -16,7 +16,8 @@ Nanoseconds = NDArray[np.int64]
 Progress = Callable[[int, int], None]
 
 _LARGEST = 1e12  # of a force, a speed or a position; what is beyond was never measured
-_JITTER = 30.0  # usual steps that a sample comes late at most
+_ROW = 8  # times in a row that several samples have; a clock that ticks a little slower than samples come repeats fewer
+_TOGETHER = 32  # steps whose mean neither jitter nor packets change
 _DISORDER = 0.01  # share of samples that may be out of order or not a number before a signal is refused
 
 
@@ -85,11 +86,12 @@ def in_order(series: Series, where: str) -> Series:
     if (steps > 0).all():
         return series
     late = int(np.count_nonzero(steps < 0))
-    jitters = late < 0.5 * n and -steps.min() < _JITTER * np.median(np.abs(steps))
-    if late > _DISORDER * n or (late and not jitters):
+    behind = int(np.count_nonzero(series.time < np.maximum.accumulate(series.time)))
+    is_back = is_set_back(series.time)
+    if is_back or behind > _DISORDER * n:
         why = (
             "its stamps jitter: name the times at which it was recorded"
-            if jitters
+            if not is_back and _DISORDER * n < late < 0.5 * n
             else f"by up to {-1e-9 * steps.min():.4g} s, before sample {int(steps.argmin()) + 2}: the clock was reset"
             " or recordings are strung together: cut the recording there"
         )
@@ -97,11 +99,40 @@ def in_order(series: Series, where: str) -> Series:
     order = np.argsort(series.time, kind="stable")
     order = order[np.diff(series.time[order], prepend=series.time[order[0]] - 1) > 0]
     gone = series.time.size - order.size
-    if gone > 0.5 * n:
+    if gone > 0.5 * n or _repeats_a_stretch(series.time):
         raise InputError(
-            f"{where}: {gone} of {n} samples repeat the time of another; name a time column of more digits"
+            f"{where}: {gone} of {n} samples repeat the time of another: the clock was set back, is coarse or stamps"
+            " whole packets, or two publishers send at once; name times of more digits, or cut the recording there"
         )
     what = f"{late} samples came late and were put in order" if late else ""
     what += " and " if late and gone else ""
     what += f"{gone} samples repeat a time and are left out" if gone else ""
     return series.at(order, f"{where}: {what}")
+
+
+def _repeats_a_stretch(time: Nanoseconds) -> bool:
+    """Whether several samples have one time, and that for many times in a row."""
+    _, counts = np.unique(time, return_counts=True)
+    edges = np.flatnonzero(np.diff(counts > 1, prepend=False, append=False))
+    return edges.size > 0 and float(np.mean(edges[1::2] - edges[::2])) >= _ROW
+
+
+def is_set_back(time: Nanoseconds) -> bool:
+    """Whether times that step back begin a second stretch over the first; else samples only came late.
+
+    What comes late fills a gap, or jitters by less than the steps around it; a second stretch is twice as dense.
+    """
+    back = np.flatnonzero(np.diff(time) < 0) + 1
+    if back.size == 0:
+        return False
+    ordered = np.sort(time)
+    begin, end = time[back], np.maximum.accumulate(time)[back - 1]
+    count = np.searchsorted(ordered, end, "right") - np.searchsorted(ordered, begin)
+    room = (end - begin) / max(usual_step(time), 1.0) + 1.0
+    return bool((count > 1.5 * room + 2.0).any())  # two: chance
+
+
+def usual_step(time: Nanoseconds) -> float:
+    """The usual time between two of at least two samples, ns: of many at once."""
+    many = min(_TOGETHER, time.size - 1)
+    return float(np.median(np.abs(time[many:] - time[:-many]))) / many

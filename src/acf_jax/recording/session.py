@@ -54,7 +54,10 @@ def read_session(path: Path, mapping: Mapping, progress: Progress = lambda done,
     force = ready["force"]
     for role in ready.keys() - {"force"}:
         if "clock_offset_s" not in chosen.sources[role].model_fields_set:  # a stated offset counts
-            ready[role] = to_clock_of(ready[role], force, labels[role])
+            try:
+                ready[role] = to_clock_of(ready[role], force, labels[role])
+            except InputError as error:
+                raise InputError([f"{path} {fault}" for fault in error.faults]) from None
     notes = [*chosen.notes, *(note for series in ready.values() for note in series.notes)]
     return Session(
         path=path,

@@ -1,5 +1,6 @@
 """Bounds on what a bag unfolds to: a few bytes in it can stand for more than any memory or disk holds."""
 
+import bz2
 import sqlite3
 import sys
 from collections.abc import Callable, Iterable
@@ -75,14 +76,12 @@ def check_chunks(chunks: Iterable[Any]) -> None:
 
 def bound_rosbags() -> None:
     """Make rosbags unpack chunks with a bound: by itself it unpacks them whole and then looks at the size."""
-    import lz4.frame
     from rosbags.rosbag1 import reader
     from rosbags.rosbag2 import storage_mcap
 
-    lz4_frame, zstd_frame = lz4.frame.LZ4FrameDecompressor, zstd().ZstdDecompressor
-    bz2_stream = import_module("bz2").BZ2Decompressor
+    lz4_frame, zstd_frame = import_module("lz4.frame").LZ4FrameDecompressor, zstd().ZstdDecompressor
     storage_mcap.DECOMPRESSORS.update(lz4=_of_size(lz4_frame), zstd=_of_size(zstd_frame))
-    reader.decompressors.update(bz2=_bounded(bz2_stream), lz4=_bounded(lz4_frame))
+    reader.decompressors.update(bz2=_bounded(bz2.BZ2Decompressor), lz4=_bounded(lz4_frame))
 
 
 def unpack_message(data: bytes) -> bytes:

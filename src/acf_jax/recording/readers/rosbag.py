@@ -95,10 +95,10 @@ class Bag:
             raise
 
     def _takes_over_unpacking(self) -> bool:
-        """Refuse chunks that unpack to too much; whether messages are packed one by one: rosbags then leaves them so."""
+        """Refuse chunks that unpack to too much; tell whether messages are packed singly, which rosbags then leaves."""
         if self.is_ros1:
             return False
-        storage = self.reader.storage
+        storage: Any = self.reader.storage  # type: ignore[union-attr]
         for part in getattr(storage, "storages", [storage]):
             _bounds.check_chunks(getattr(part, "chunks", ()))
         packed = storage.metadata.compression_mode == "message"
