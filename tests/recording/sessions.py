@@ -1,6 +1,7 @@
 """Made-up recordings of known impacts, and the same as bags and tables."""
 
 import tempfile
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -113,8 +114,15 @@ def write_bag(
     robot_drift: float = 0.0,
     stamped: bool = True,
     axis: str = "z",
+    frames: Sequence[str] = ("tool",),
+    clock: Callable[[int], int] = int,
+    packed: str = "",
 ) -> Path:
-    """The session as a bag of `kind` mcap, sqlite3 or ros1; the robot's stamps run `robot_clock` s ahead."""
+    """The session as a bag of `kind` mcap, sqlite3 or ros1; the robot's stamps run `robot_clock` s ahead.
+
+    `frames`: of the messages in turn. `clock`: what the machine's clock shows, ns, so many ns after the beginning.
+    `packed`: by zstd, as a whole FILE or each MESSAGE; chunks of ROS 1 by BZ2 or LZ4.
+    """
     need_module("rosbags", "pip install 'acf-jax[ros]'")
     from rosbags.typesys import Stores, get_typestore
 
@@ -123,11 +131,11 @@ def write_bag(
     def message(type_, /, **fields):
         return store.types[type_](**fields)
 
-    def header(t):
+    def header(t, i=0):
         sec, nanosec = divmod(t if stamped else 0, 10**9)
         more = {"seq": 0} if kind == "ros1" else {}
         stamp = message("builtin_interfaces/msg/Time", sec=int(sec), nanosec=int(nanosec))
-        return message("std_msgs/msg/Header", stamp=stamp, frame_id="tool", **more)
+        return message("std_msgs/msg/Header", stamp=stamp, frame_id=frames[i % len(frames)], **more)
 
     def vector(value, name="Vector3", along="z"):
         parts = dict.fromkeys("xyz", 0.0) | {along: float(value)}
@@ -137,7 +145,7 @@ def write_bag(
         w = message(
             "geometry_msgs/msg/Wrench", force=vector(session.force[i], along=axis), torque=vector(0.0)
         )
-        return message("geometry_msgs/msg/WrenchStamped", header=header(t), wrench=w)
+        return message("geometry_msgs/msg/WrenchStamped", header=header(t, i), wrench=w)
 
     def twist(t, i):
         both = message("geometry_msgs/msg/Twist", linear=vector(session.velocity[i]), angular=vector(0.0))
@@ -193,26 +201,34 @@ def write_bag(
         ("/flange/pretension", "std_msgs/msg/Float64", number, session.beats, 0 * session.beats),
     ]
     serialize = store.serialize_ros1 if kind == "ros1" else store.serialize_cdr
-    with _writer(path, kind) as writer:
+    with _writer(path, kind, packed) as writer:
         rows = []
         for topic, type_, speak, times, ahead in topics:
             connection = writer.add_connection(topic, type_, typestore=store)
             for i, (t, late) in enumerate(zip(times.tolist(), ahead.tolist(), strict=True)):
-                rows.append((BEGIN + t + int(delay[i]), connection, type_, speak(BEGIN + t + late, i)))
+                now = BEGIN + clock(t)
+                rows.append((now + int(delay[i]), connection, type_, speak(now + late, i)))
         for received, connection, type_, value in sorted(rows, key=lambda row: row[0]):
             writer.write(connection, received, serialize(value, type_))
     return path
 
 
-def _writer(path: Path, kind: str):
+def _writer(path: Path, kind: str, packed: str):
     if kind == "ros1":
         from rosbags.rosbag1 import Writer as Writer1
 
-        return Writer1(path)
+        writer1 = Writer1(path)
+        if packed:
+            writer1.set_compression(Writer1.CompressionFormat[packed])
+        return writer1
     from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 
     plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
-    return Writer(path, version=9, storage_plugin=plugin)
+    writer = Writer(path, version=9, storage_plugin=plugin)
+    if packed:
+        writer.set_compression(CompressionMode[packed], CompressionFormat.ZSTD)
+    return writer
 
 
 def as_series(session: Made) -> tuple[Series, Series, Series]:

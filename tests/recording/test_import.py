@@ -302,9 +302,9 @@ def test_units_and_signs_are_named(tmp_path, changes, message):
 
 def test_recordings_strung_together_are_named(tmp_path):
     """One step back in thousands of samples, small or large, is no late sample."""
-    table = columns(session())
+    table, other = columns(session()), columns(made(8, FEW, rate=RATE))
     for shift in (0.0, 2.0):
-        twice = {name: np.r_[column, column] for name, column in table.items()}
+        twice = {name: np.r_[column, other[name]] for name, column in table.items()}
         twice["time_s"] = np.r_[table["time_s"], table["time_s"] + shift]
         np.savez(tmp_path / "log.npz", **twice)
         said = refused(tmp_path, tmp_path / "log.npz")

@@ -95,7 +95,7 @@ def _bursts(time: Nanoseconds, impact_time: float) -> str | None:
         return None
     packets = 1 + np.count_nonzero(is_long if is_in_packets else steps > mean)
     return (
-        f"its samples come in packets of about {time.size / packets:.3g}, one packet every"
+        f"its samples come in packets of about {time.size / packets:.4g}, one packet every"
         f" {1e-6 * (time[-1] - time[0]) / packets:.3g} ms: their times were set on arrival, not when the force was"
         " sampled (or two publishers send at once). Stamp each sample at the sensor; where none is missing, space them"
         f" evenly, {1e-6 * (time[-1] - time[0]) / (time.size - 1):.6g} ms apart"

@@ -17,6 +17,7 @@ Progress = Callable[[int, int], None]
 
 _LARGEST = 1e12  # of a force, a speed or a position; what is beyond was never measured
 _ROW = 8  # times in a row that several samples have; a clock that ticks a little slower than samples come repeats fewer
+_SAME = 0.01  # of a step, within which two times are one
 _TOGETHER = 32  # steps whose mean neither jitter nor packets change
 _DISORDER = 0.01  # share of samples that may be out of order or not a number before a signal is refused
 
@@ -111,9 +112,9 @@ def in_order(series: Series, where: str) -> Series:
 
 
 def _repeats_a_stretch(time: Nanoseconds) -> bool:
-    """Whether several samples have one time, and that for many times in a row."""
-    _, counts = np.unique(time, return_counts=True)
-    edges = np.flatnonzero(np.diff(counts > 1, prepend=False, append=False))
+    """Whether several samples have one time, or nearly, and that for many times in a row."""
+    starts = np.flatnonzero(np.diff(np.sort(time), prepend=time.min() - 10**9) > _SAME * usual_step(time))
+    edges = np.flatnonzero(np.diff(np.diff(starts, append=time.size) > 1, prepend=False, append=False))
     return edges.size > 0 and float(np.mean(edges[1::2] - edges[::2])) >= _ROW
 
 
