@@ -14,7 +14,7 @@ from acf_jax.errors import InputError, shown
 MAX_BYTES = 200_000_000  # a trace of 200 MB is hours long; nothing else that is read comes near
 
 
-def check_ordinary(path: Path, limit: int | None = MAX_BYTES) -> None:
+def check_ordinary(path: Path, limit: int | None) -> None:
     """Refuse what is no ordinary file, or longer than `limit` bytes; a link is what it leads to, a missing file passes.
 
     A device or a pipe could be read without end.
@@ -30,7 +30,7 @@ def check_ordinary(path: Path, limit: int | None = MAX_BYTES) -> None:
 def read_bytes(path: Path) -> bytes:
     """The file's content; `InputError` unless it is an ordinary file of bearable size."""
     try:
-        check_ordinary(path)
+        check_ordinary(path, MAX_BYTES)
         return path.read_bytes()
     except InputError:
         raise

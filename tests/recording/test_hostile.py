@@ -6,6 +6,7 @@ import socket
 import sqlite3
 import struct
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -101,7 +102,7 @@ def mcap_of(compression: str, packed: bytes, size: int) -> bytes:
 
 def packed_by(name: str) -> Callable[[bytes], bytes]:
     need_module("rosbags")
-    modules = {"zstd": _bounds.zstd(), "lz4": need_module("lz4.frame"), "bz2": bz2}
+    modules = {"zstd": _bounds.zstd(), "lz4": import_module("lz4.frame"), "bz2": bz2}
     return modules[name].compress
 
 

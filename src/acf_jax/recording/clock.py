@@ -102,11 +102,12 @@ def _without_copies(series: Series, where: str) -> Series:
 
     Where those of one time differ they are samples whose clock is too coarse; where all values are one nothing tells.
     """
-    if (np.diff(series.time) > 0).all() or np.ptp(series.value) == 0.0:
+    if (np.diff(series.time) > 0).all() or (series.value == series.value[:1]).all():
         return series
     order = np.argsort(series.time, kind="stable")
     again = np.diff(series.time[order]) == 0
-    same = again & (np.diff(series.value[order]) == 0.0)
+    value = series.value[order]
+    same = again & (value[1:] == value[:-1])
     copies, repeats = np.count_nonzero(same), np.count_nonzero(again)
     if copies == 0 or repeats - copies > _COPIES * repeats:
         return series

@@ -113,7 +113,8 @@ def in_order(series: Series, where: str) -> Series:
 
 def _repeats_a_stretch(time: Nanoseconds) -> bool:
     """Whether several samples have one time, or nearly, and that for many times in a row."""
-    starts = np.flatnonzero(np.diff(np.sort(time), prepend=time.min() - 10**9) > _SAME * usual_step(time))
+    ordered = np.sort(time)
+    starts = np.r_[0, 1 + np.flatnonzero(ordered[1:] - ordered[:-1] > _SAME * usual_step(time))]
     edges = np.flatnonzero(np.diff(np.diff(starts, append=time.size) > 1, prepend=False, append=False))
     return edges.size > 0 and float(np.mean(edges[1::2] - edges[::2])) >= _ROW
 
