@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from acf_jax.errors import InputError, shown, suggestion
+from acf_jax.recording.mapping import Mapping as Stated
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers._fields import getter
 from acf_jax.recording.readers._guard import Faults, border, need, some, within
@@ -57,10 +58,10 @@ def recognises(path: Path) -> bool:
     return path.is_file() and path.suffix.lower() in SUFFIXES
 
 
-def open_recording(path: Path, time: str | None, time_scale: float | None) -> "Bag":
-    """The bag; messages bring their own times, so a time column is a fault."""
-    if time is not None or time_scale is not None:
-        raise InputError(f"{path}: is a bag, whose messages bring their times; leave time and time_scale out")
+def open_recording(path: Path, stated: Stated) -> "Bag":
+    """The bag; messages bring their own times, so what is stated of those of a table is a fault."""
+    if named := [key for key in ("time", "time_scale", "sample_rate_hz") if getattr(stated, key) is not None]:
+        raise InputError(f"{path}: is a bag, whose messages bring their times; leave {', '.join(named)} out")
     return Bag(path)
 
 
@@ -107,6 +108,10 @@ class Bag:
     def channels(self) -> list[Channel]:
         """Its topics."""
         return [Channel(name, type_, self.counts.get(name)) for name, type_ in sorted(self.topics.items())]
+
+    def obstacles(self) -> list[str]:
+        """Nothing: messages bring their times."""
+        return []
 
     def candidates(self, role: str) -> list[Source]:
         """Topics whose type fits the role; a pretension also has to be called so."""
