@@ -127,8 +127,9 @@ def _by_cell(
             if not any(row) or row[0].lstrip().startswith("#"):
                 continue
             if len(row) < count or (not layout.remarks and any(cell.strip() for cell in row[count:])):
-                what = f"has {len(row)} cells, not {count} as the header; quote what holds a separator, or the file is cut off"
-                faults.append(f"{path} row {before + rows.line_num}: {what}")
+                what = f"has {len(row)} cells, not {count} as the header"
+                remedy = "quote what holds a separator, or correct the row: the file may be cut off"
+                faults.append(f"{path} row {before + rows.line_num}: {what}; {remedy}")
                 row += [""] * count
             cells.append([row[place] for place in places])
             numbers.append(before + rows.line_num)
@@ -151,7 +152,7 @@ def _columns(
             result[name] = _values([cell.replace(",", ".") for cell in column])
         except ValueError:
             if _ANY_DATE.match(column[0]):
-                remedy = "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds"
+                remedy = "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds, or state --rate"
                 faults.append(
                     f"{path} row {numbers[0]}: {name} is {shown(column[0])}, and not all dates are understood; {remedy}"
                 )

@@ -99,8 +99,8 @@ def find_layout(path: Path, lines: Sequence[str]) -> Layout:
         return _without_numbers(lines, marked)
     _, separator, header = max(found, key=lambda one: one[0])
     if not header.names and (place := _mismatched(lines, separator, header.first, marked)) is not None:
-        names = _trimmed(split(lines[place], separator))
-        return Layout(separator, names, [], place + 1, header.cells, [place + 1])
+        names = trimmed(split(lines[place], separator))
+        return Layout(separator, names, [], place + 1, len(names), [place + 1])
     names = header.names or [""] * header.cells
     units = _named(lines, separator, header.rows[1], 1, len(names)) if len(header.rows) > 1 else None
     return Layout(separator, names, units or [], header.first, header.cells, [i + 1 for i in header.rows])
@@ -137,7 +137,9 @@ def find_header(
         i for i in plain if len(rows[i]) == cells and any(map(is_number, rows[i])) and not is_words(rows[i])
     ]
     score = sum(1 if is_number(cell) else -1 for i in numbers for cell in rows[i] if cell)
-    heads = {i: row for i in range(len(rows)) if (row := named(i, named_cells, cells)) and is_words(row)}
+    begin = numbers[0] if numbers else len(rows)  # a comment further down is no header
+    places = [i for i in range(len(rows)) if i < begin or i not in marked]
+    heads = {i: row for i in places if (row := named(i, named_cells, cells)) and is_words(row)}
     if not heads and numbers and (row := named(numbers[0], named_cells, cells)):
         words = [row[j] for j in numeric if j < len(row) and row[j] and not is_number(row[j])]
         heads = {numbers.pop(0): row} if words and len(numbers) > 1 else {}  # time,1,2,3
@@ -178,9 +180,9 @@ def _named(lines: Sequence[str], separator: str, i: int, low: int, high: int) ->
     mark = _MARK.match(line)
     bare = line[mark.end() :] if mark else line
     for text in (bare,) if line.lstrip().startswith("#") else (line, bare):
-        if low <= len(cells := _trimmed(split(text, separator))) <= high:
+        if low <= len(cells := trimmed(split(text, separator))) <= high:
             return cells
-        others = [_trimmed(split(text, other)) for other in SEPARATORS if other != separator]
+        others = [trimmed(split(text, other)) for other in SEPARATORS if other != separator]
         others += [_WIDE.split(text.strip()), _NAME_AND_UNIT.findall(text)]
         for cells in others:
             if low <= len(cells) <= high and len(cells) > 1 and any(map(is_time, cells)):
@@ -188,16 +190,16 @@ def _named(lines: Sequence[str], separator: str, i: int, low: int, high: int) ->
     return None
 
 
-def _trimmed(cells: list[str]) -> list[str]:
-    while cells and not cells[-1]:
-        cells.pop()
-    return cells
+def trimmed(cells: Sequence[str]) -> list[str]:
+    """The cells without blank ones at the end."""
+    last = max((i for i, cell in enumerate(cells, 1) if cell), default=0)
+    return list(cells[:last])
 
 
 def _mismatched(lines: Sequence[str], separator: str, first: int, marked: frozenset[int]) -> int | None:
     """The line that names a time, or else the words right before the numbers, though they are not as many."""
     before = [i for i in range(first) if lines[i].strip() and i not in marked]
-    cells = {i: _trimmed(split(lines[i], separator)) for i in before}
+    cells = {i: trimmed(split(lines[i], separator)) for i in before}
     words = [i for i in before if len(cells[i]) > 1 and 2 * sum(map(is_number, cells[i])) < len(cells[i])]
     of_time = [i for i in words if any(map(is_time, cells[i]))]
     return next(iter(of_time or [i for i in words if i == before[-1]]), None)
@@ -207,5 +209,5 @@ def _without_numbers(lines: Sequence[str], marked: frozenset[int]) -> Layout:
     """The first line that is no comment names the columns."""
     i = next((i for i, line in enumerate(lines) if line.strip() and i not in marked), 0)
     separator = max(SEPARATORS, key=lambda one: len(split(lines[i], one)))
-    names = _trimmed(split(lines[i], separator))
+    names = trimmed(split(lines[i], separator))
     return Layout(separator, names or [""], [], i + 1, len(names), [i + 1])

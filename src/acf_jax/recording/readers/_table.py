@@ -14,7 +14,15 @@ from acf_jax.recording.mapping import Mapping as Stated
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers._guard import some
 from acf_jax.recording.readers._times import Clock, Stamps, Step, find_clocks, nanoseconds, usual_scale
-from acf_jax.recording.readers._words import is_called, is_time, is_unit, last_part, speaks_of_time, unit_of
+from acf_jax.recording.readers._words import (
+    groups,
+    is_called,
+    is_time,
+    is_unit,
+    last_part,
+    speaks_of_time,
+    unit_of,
+)
 from acf_jax.recording.series import Array, Channel, Growing, Progress, Series
 
 Chunk = Mapping[str, NDArray[np.generic]]
@@ -67,8 +75,9 @@ class Table:
 
     def obstacles(self) -> list[str]:
         """What has to be mended or named beside the signals."""
-        timed = self.stated.time or self.stated.sample_rate_hz or self.steps.keys() >= set(self.names)
-        return [fault for fault in (self.fault, None if timed else self._time_fault) if fault]
+        timed = self.stated.time or self.stated.sample_rate_hz or self.steps
+        missing = [] if timed or self._clocks else [self._no_time([])]
+        return [*([self.fault] if self.fault else []), *missing]
 
     def candidates(self, role: str) -> list[Source]:
         """Columns that are called what the role is."""
@@ -170,13 +179,9 @@ class Table:
         """What may be the time where nothing is stated."""
         return find_clocks(self.names, self.units, self._first)
 
-    @cached_property
-    def _time_fault(self) -> str | None:
+    def _no_time(self, clocks: Sequence[Clock]) -> str:
         """What is said where no column is clearly the time."""
-        called = {_NUMBERED.sub("", last_part(name)) for clock in self._clocks for name in clock}
-        if len(self._clocks) == 1 or len(called) == 1:
-            return None
-        found = [" + ".join(clock) for clock in self._clocks]
+        found = [" + ".join(clock) for clock in clocks]
         what = (
             f"columns {some(found)} may all be the time"
             if found
@@ -186,23 +191,20 @@ class Table:
         return f"{self.path}: {what}; {remedy}"
 
     def _own_time(self, name: str) -> Clock:
-        """The only clock; of several of one name that in the signal's group, or else the next on its left."""
-        if self._time_fault:
-            raise InputError(self._time_fault)
-        if len(self._clocks) == 1:
-            (clock,) = self._clocks
-            if not any(is_time(column) or speaks_of_time(column) or column in self.units for column in clock):
-                self.notes.append(
-                    f"{self._where(clock)}: is taken for the time, as the only column that increases"
-                )
-            return clock
-        group = name.removesuffix(last_part(name))
-        near = [clock for clock in self._clocks if clock[0].removesuffix(last_part(clock[0])) == group]
+        """The clock in the group of a signal, or else in one around it; of several of one name the next on its left."""
+        near: list[Clock] = []
+        for group in groups(name):
+            near = near or [clock for clock in self._clocks if groups(clock[0])[0] == group]
+        near = near or self._clocks
+        if len({_NUMBERED.sub("", last_part(clock[0])) for clock in near}) != 1:
+            raise InputError(self._no_time(near))
         left = [clock for clock in near if self.names.index(clock[0]) < self.names.index(name)]
-        if not near:
-            times = some(clock[0] for clock in self._clocks)
-            raise InputError(f"{self._where([name])}: which is its time, {times}? name it by --time")
-        return left[-1] if left else near[0]
+        clock = left[-1] if left else near[0]
+        if not any(is_time(column) or speaks_of_time(column) or column in self.units for column in clock):
+            self.notes.append(
+                f"{self._where(clock)}: is taken for the time, as the only column that increases"
+            )
+        return clock
 
     def _first(self, clock: Clock) -> Stamps | None:
         """The times of the first chunk of rows; None where the columns hold none."""

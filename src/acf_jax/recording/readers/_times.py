@@ -50,17 +50,16 @@ def nanoseconds(values: NDArray[np.generic], scale: float, where: str) -> Stamps
         return values.astype("datetime64[ns]").astype(np.int64), ~np.isnat(values)
     if values.dtype.kind not in "fiub" or values.ndim != 1:
         raise InputError(f"{where}: holds no numbers; name another column")
-    factor = round(1e9 * scale)
-    if values.dtype.kind in "iu" and factor >= 1 and abs(factor - 1e9 * scale) < 1e-6:
-        if values.size and max(abs(int(values.min())), abs(int(values.max()))) > 2**62 // factor:
-            raise InputError(f"{where}: {_BEYOND}")
-        return values.astype(np.int64) * factor, np.ones(values.size, bool)
-    with np.errstate(over="ignore"):
-        time = values.astype(np.float64) * (1e9 * scale)
-    known = ~np.isnan(time)
-    if np.any(np.abs(time[known]) > 2.0**62):
+    known = np.isfinite(values)
+    if np.any(np.abs(values[known], dtype=float) > 2.0**62 / (1e9 * scale)):
         raise InputError(f"{where}: {_BEYOND}")
-    return np.rint(np.where(known, time, 0.0)).astype(np.int64), known
+    values = np.where(known, values, 0)
+    factor = round(1e9 * scale)
+    if factor < 1 or abs(factor - 1e9 * scale) > 1e-6:
+        return np.rint(values * (1e9 * scale)).astype(np.int64), known
+    # whole units apart: they are exact as integers where their ns, as floats, are not
+    whole = values.astype(np.int64)
+    return whole * factor + np.rint((values - whole) * factor).astype(np.int64), known
 
 
 def find_clocks(

@@ -44,8 +44,8 @@ _TIME_WORDS = frozenset(_words(_TIMES))
 _LIKE_TIME = re.compile(rf"(?:{_PARTS}).*|.*(?:{_PARTS})")
 _UNITS = {word: scale for scale, words in _SECONDS.items() for word in _words(words)}
 _ALL_UNITS = _UNITS | {word: scale for scale, words in _LONGER.items() for word in _words(words)}
-_LAST = re.compile(rf"(?:^|[\W_])({'|'.join(map(re.escape, _UNITS))})[\W_]*")
-_IN_BRACKETS = re.compile(r"[\[({<]\s*([^\[\](){}<>]+?)\s*[\])}>]\s*")
+_LAST = re.compile(rf"(?:^|[\W_])({'|'.join(map(re.escape, _UNITS))})[\W_]*$")
+_IN_BRACKETS = re.compile(r"[\[({<]\s*([^\[\](){}<>]+?)\s*[\])}>]\s*$")
 _PATH = re.compile(r"/|(?<=\w)\.(?=\w)")
 _ROLE = {
     role: re.compile(
@@ -71,10 +71,9 @@ def _apart(name: str) -> str:
 def unit_of(name: str) -> float | None:
     """Seconds in the unit of time that ends a name: `t_ms`, `Time [ms]`, `t/s`, `timeMs`; None where none does."""
     text = _apart(name)
-    if found := _at_end(_IN_BRACKETS, text):
-        return _ALL_UNITS.get(found)
-    found = _at_end(_LAST, text)
-    return None if found is None else _UNITS[found]
+    if found := _IN_BRACKETS.search(text):
+        return _ALL_UNITS.get(found[1])
+    return _UNITS[found[1]] if (found := _LAST.search(text)) else None
 
 
 def is_unit(cell: str) -> float | None:
@@ -82,35 +81,33 @@ def is_unit(cell: str) -> float | None:
     return _ALL_UNITS.get(fold(cell).strip(" []()<>{}"))
 
 
-def in_brackets(name: str) -> float | None:
-    """Seconds in the unit of time in brackets at the end of a name, which alone says that it is a time."""
-    found = _at_end(_IN_BRACKETS, _apart(name))
-    return _ALL_UNITS.get(found) if found else None
-
-
-def _at_end(pattern: re.Pattern[str], text: str) -> str | None:
-    found = next((m for m in pattern.finditer(text) if m.end() == len(text)), None)
-    return found[1] if found else None
-
-
 def last_part(name: str) -> str:
     """The name within its group, sheet or struct: `Time` of `Force/Time`, `out.Time`."""
     return _PATH.split(name)[-1]
 
 
+def groups(name: str) -> list[str]:
+    """What stands before the name itself, group within group: `a/b/`, `a/` and the empty text of `a/b/Time`."""
+    return [*(name[: found.end()] for found in reversed(list(_PATH.finditer(name)))), ""]
+
+
 def is_time(name: str) -> bool:
     """Whether a name, but for its unit and its group, is nothing but words for a time."""
     words = _tokens(last_part(_without_unit(name)))
-    if words == ["t"] and _at_end(_IN_BRACKETS, _apart(name)) and in_brackets(name) is None:
+    other = _IN_BRACKETS.search(_apart(name))
+    if words == ["t"] and other and other[1] not in _ALL_UNITS:
         return False  # T [°C]
     return bool(words) and _TIME_WORDS.issuperset(words)
 
 
 def speaks_of_time(name: str) -> bool:
-    """Whether a name holds a word for a time, or its unit in brackets."""
+    """Whether a name holds a word for a time, is a unit of it, or has one in brackets."""
+    unit = _IN_BRACKETS.search(_apart(name))
     words = _tokens(_without_unit(name))
-    return in_brackets(name) is not None or any(
-        len(word) > 1 and (word in _TIME_WORDS or _LIKE_TIME.fullmatch(word)) for word in words
+    return (
+        is_unit(unit[1] if unit else name) is not None
+        or any(len(word) > 1 and word in _TIME_WORDS for word in words)
+        or any(map(_LIKE_TIME.fullmatch, words))
     )
 
 
@@ -118,9 +115,9 @@ def _without_unit(name: str) -> str:
     """A name without the brackets or the unit of time that ends it, if a word is left."""
     text = _apart(name)
     for pattern in (_IN_BRACKETS, _LAST):
-        ends = [m for m in pattern.finditer(text) if m.end() == len(text)]
-        if ends and any(_tokens(text[: ends[0].start()])):
-            text = text[: ends[0].start()]
+        found = pattern.search(text)
+        if found and _tokens(text[: found.start()]):
+            text = text[: found.start()]
     return text
 
 
@@ -130,7 +127,7 @@ def _tokens(text: str) -> list[str]:
 
 def is_stamp(name: str) -> bool:
     """Whether a name is that of the stamp in the header of a ROS message."""
-    return list(_tokens(name))[-2:] == ["header", "stamp"]
+    return _tokens(name)[-2:] == ["header", "stamp"]
 
 
 _PAIRS = {"secs": ("nsecs",), "sec": ("nanosec", "nsec", "nanosecs")}

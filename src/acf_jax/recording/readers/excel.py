@@ -17,7 +17,7 @@ from acf_jax.errors import InputError, shown
 from acf_jax.recording.mapping import Mapping
 from acf_jax.recording.readers._bounds import check_rows, check_unpacked
 from acf_jax.recording.readers._guard import Faults, border, need, within
-from acf_jax.recording.readers._layout import LOOKED_AT, find_header
+from acf_jax.recording.readers._layout import LOOKED_AT, find_header, trimmed
 from acf_jax.recording.readers._table import Chunk, Table, unique
 from acf_jax.recording.series import Channel, Progress
 
@@ -108,7 +108,7 @@ def _rows(sheet: Any, first: int = 0) -> Iterator[Cells]:
 
 def _table_in(path: Path, sheet: Any) -> _Sheet | None:
     """The table of a sheet, or None where it has no rows of numbers."""
-    rows = [_text(row) for row in islice(_rows(sheet), LOOKED_AT)]
+    rows = _text(list(islice(_rows(sheet), LOOKED_AT)))
     header = find_header(rows, partial(_named, rows))
     if header is None:
         return None
@@ -119,16 +119,18 @@ def _table_in(path: Path, sheet: Any) -> _Sheet | None:
     return _Sheet(sheet.title, names, units, header.first, note)
 
 
-def _text(row: Cells) -> list[str]:
-    """Cells as text; a sheet is as wide as its widest row."""
-    cells = ["" if cell is None else str(cell).strip() for cell in row]
-    while cells and not cells[-1]:
-        cells.pop()
-    return cells
+def _text(rows: Sequence[Cells]) -> list[list[str]]:
+    """Cells as text, all rows as wide as the widest."""
+    width = max(map(len, rows), default=0)
+    return [
+        ["" if cell is None else str(cell).strip() for cell in (*row, *[None] * (width - len(row)))]
+        for row in rows
+    ]
 
 
 def _named(rows: Sequence[list[str]], i: int, low: int, high: int) -> list[str] | None:
-    return rows[i] if low <= len(rows[i]) <= high else None
+    cells = trimmed(rows[i])
+    return cells if low <= len(cells) <= high else None
 
 
 def _values(cells: Sequence[Any], where: str) -> NDArray[np.generic]:

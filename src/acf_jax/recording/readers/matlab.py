@@ -20,7 +20,7 @@ from acf_jax.recording.readers._table import Table
 
 KIND = "a MATLAB file (.mat)"
 # SciPy uses what a damaged file says before it checks it.
-_FAULTS: Faults = (OSError, EOFError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError,
+_UNCHECKED: Faults = (OSError, EOFError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError,
                    NotImplementedError, RuntimeError, MemoryError, zlib.error, struct.error)  # fmt: skip
 _REMEDY = "save vectors: save('FILE.mat', 'time', 'force', ...)"
 _OPAQUE = (
@@ -38,17 +38,20 @@ def recognises(path: Path) -> bool:
 
 def open_recording(path: Path, stated: Mapping) -> Table:
     """The arrays of numbers, those in structs as STRUCT.FIELD."""
-    with border(path, _FAULTS, _REMEDY), path.open("rb") as file:
+    with border(path, (OSError,), _REMEDY), path.open("rb") as file:
         head = file.read(520)
     if _SIGNATURE in (head[:8], head[512:]):
         return hdf5.open_file(path, stated, "mat", f"{path}: reading a MATLAB file of version 7.3", _REMEDY)
-    with border(path, _FAULTS, _REMEDY):
+    from scipy.io.matlab import MatReadError
+
+    faults = (*_UNCHECKED, MatReadError)
+    with border(path, faults, _REMEDY):
         check_unpacked(path, _unpacked(path))
         arrays, opaque = _arrays(path)
     if not arrays:
         raise InputError(f"{path}: {_OPAQUE if opaque else f'holds no arrays of numbers; {_REMEDY}'}")
     fault = f"{path}: {_OPAQUE}" if opaque else None
-    return array_table(path, arrays, stated, _FAULTS, _REMEDY, fault=fault)
+    return array_table(path, arrays, stated, faults, _REMEDY, fault=fault)
 
 
 def _unpacked(path: Path) -> int:
@@ -74,15 +77,18 @@ def _arrays(path: Path) -> tuple[list[Stored], bool]:
     from scipy.io import loadmat, whosmat
 
     found: list[Stored] = []
-    opaque = False
-    for name, shape, kind in whosmat(path, appendmat=False):
+    try:
+        listed = whosmat(path, appendmat=False)
+    except TypeError:  # of a table or an object SciPy knows no size
+        for name, value in loadmat(path, appendmat=False).items():
+            found += _fields(name, value)
+        return found, True
+    for name, shape, kind in listed:
         if kind in ("double", "single", "logical") or "int" in kind:
             found.append(Stored(name, shape, kind, partial(_load, path, name)))
         elif kind == "struct" and np.prod(shape) == 1:
             found += _fields(name, loadmat(path, variable_names=[name], appendmat=False)[name])
-        else:
-            opaque |= kind in ("opaque", "object")
-    return found, opaque
+    return found, any(kind in ("opaque", "object") for _, _, kind in listed)
 
 
 def _load(path: Path, name: str, index: Index) -> NDArray[np.generic]:
@@ -93,7 +99,9 @@ def _load(path: Path, name: str, index: Index) -> NDArray[np.generic]:
 
 def _fields(name: str, value: Any) -> Iterator[Stored]:
     """The arrays of numbers in a struct."""
-    if not isinstance(value, np.ndarray):
+    if type(value) is not np.ndarray or name.startswith(
+        "__"
+    ):  # objects and functions are classes of their own
         return
     if value.dtype.names and value.size == 1:
         for field in value.dtype.names:

@@ -34,21 +34,24 @@ def open_recording(path: Path, stated: Mapping) -> Table:
     columns = [Channel(name, str(field.type), rows) for name, field in zip(names, schema, strict=True)]
 
     def chunks(wanted: Sequence[str], progress: Progress) -> Iterator[Chunk]:
-        places = {name: names.index(name) for name in wanted}
-        own = {schema.names[place] for place in places.values()}
-        read = [name for name in schema.names if name in own]  # in the order of a batch
-        # of columns called the same a batch holds all
-        held = {place: i for i, place in enumerate(p for p, name in enumerate(schema.names) if name in own)}
+        places = [names.index(name) for name in wanted]
+        own = [schema.names[place] for place in places]
+        # of columns called the same, a batch holds all
+        alike = [schema.names[:place].count(schema.names[place]) for place in places]
         check_rows(path, rows)
         with border(path, faults, _REMEDY):
             file = parquet.ParquetFile(path)
-            check_unpacked(path, _unpacked(file.metadata, own))
-            batches = file.iter_batches(batch_size=ROWS, columns=list(dict.fromkeys(read)))
+            check_unpacked(path, _unpacked(file.metadata, set(own)))
+            batches = file.iter_batches(batch_size=ROWS, columns=list(dict.fromkeys(own)))
         done = 0
         with file:
             for batch in within(batches, path, faults, _REMEDY):
                 with border(path, faults, _REMEDY):
-                    chunk = {name: _numbers(path, name, batch.column(held[i])) for name, i in places.items()}
+                    held = [
+                        batch.schema.get_all_field_indices(name)[i]
+                        for name, i in zip(own, alike, strict=True)
+                    ]
+                    chunk = {n: _numbers(path, n, batch.column(i)) for n, i in zip(wanted, held, strict=True)}
                 yield chunk
                 done += batch.num_rows
                 progress(done, rows)
