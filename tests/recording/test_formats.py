@@ -263,6 +263,15 @@ def test_tdms_without_sampling_intervals(tmp_path):
         read(recording, time="n")
 
 
+def test_tdms_that_was_not_closed(tmp_path, capfd):
+    write_tdms(tmp_path / "log.tdms", [("a", "t", SECONDS, {}), ("a", "force", FORCE, {})])
+    content = (tmp_path / "log.tdms").read_bytes()
+    (tmp_path / "log.tdms").write_bytes(content[:-16])
+    series = read(open_recording(tmp_path / "log.tdms"))
+    assert series.notes == (f"{tmp_path / 'log.tdms'}: was not closed; its last samples are missing",)
+    assert np.array_equal(series.value, FORCE[: series.value.size]) and capfd.readouterr() == ("", "")
+
+
 def write_xlsx(path: Path, sheets: dict[str, list[list[object]]]) -> Recording:
     openpyxl = need_module("openpyxl", "pip install 'acf-jax[excel]'")
     book = openpyxl.Workbook()

@@ -19,7 +19,7 @@ from acf_jax.recording.series import Progress
 SHOWN = 8  # faults shown
 _DAY = re.compile(r"\s*\d{4}-\d\d-\d\d")
 _ANY_DATE = re.compile(r"\s*(\d{1,4}[:/-]\d|\d{1,2}\.\d{1,2}\.\d{4}\b)")  # 10:00:01, 3/1/2026, 1.3.2026
-_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?Z?")
+_DATE = re.compile(r"(\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?|NaT)(?:Z|[+-]00:?00)?")
 _HELD = 4  # blocks in which a quotation mark may stay open
 _EXACT = 2.0**53  # whole numbers beyond are not exact as floats
 
@@ -30,8 +30,8 @@ def chunks(
     """The wanted columns of a text, whose columns are `names`, in order."""
     places = [names.index(name) for name in wanted]
     done = layout.skip
-    for lines in _whole_rows(_after(text.blocks(), layout.skip)):
-        cells = _plain(lines, layout.separator, layout.cells, places)
+    for lines, content in _whole_rows(_after(text.blocks(), layout.skip)):
+        cells = _plain(lines, content, layout.separator, layout.cells, places)
         if cells is not None:
             yield dict(zip(wanted, cells, strict=True))
         else:
@@ -41,30 +41,31 @@ def chunks(
 
 
 def _after(blocks: Iterator[list[str]], skip: int) -> Iterator[list[str]]:
+    """The lines but for the first `skip`."""
     for lines in blocks:
         if skip < len(lines):
             yield lines[skip:] if skip else lines
         skip = max(skip - len(lines), 0)
 
 
-def _whole_rows(blocks: Iterator[list[str]]) -> Iterator[list[str]]:
-    """Blocks that end outside of quotes, within which a cell may have several lines."""
-    held: list[list[str]] = []
-    for lines in blocks:
-        held.append(lines)
-        is_open = sum(line.count('"') for lines in held for line in lines) % 2
-        if not is_open or len(held) == _HELD:
-            yield held[0] if len(held) == 1 else [line for lines in held for line in lines]
-            held = []
+def _whole_rows(blocks: Iterator[list[str]]) -> Iterator[tuple[list[str], str]]:
+    """Blocks, as lines and as one text, that end outside of quotes: within them a cell may have several lines."""
+    held: list[str] = []
+    count = 0
+    for block in blocks:
+        held, count = held + block if held else block, count + 1
+        text = "\n".join(held)
+        if text.count('"') % 2 == 0 or count == _HELD:
+            yield held, text
+            held, count = [], 0
     if held:
-        yield [line for lines in held for line in lines]
+        yield held, "\n".join(held)
 
 
 def _plain(
-    lines: list[str], separator: str, cells: int, places: Sequence[int]
+    lines: list[str], text: str, separator: str, cells: int, places: Sequence[int]
 ) -> list[NDArray[np.generic]] | None:
     """The wanted columns, or None where a line needs a closer look."""
-    text = "\n".join(lines)
     if '"' in text or "#" in text or not text.strip():
         return None
     if separator != "," and "," in text:
@@ -124,7 +125,7 @@ def _by_cell(
     rows = csv.reader(whole, delimiter=layout.separator, skipinitialspace=is_blank, strict=True)
     with border(path, (csv.Error,), REMEDY):
         for row in rows:
-            if not any(row) or row[0].lstrip().startswith("#"):
+            if not "".join(row).strip() or row[0].lstrip().startswith("#"):
                 continue
             if len(row) < count or (not layout.remarks and any(cell.strip() for cell in row[count:])):
                 what = f"has {len(row)} cells, not {count} as the header"
@@ -171,9 +172,10 @@ def _columns(
 def _values(cells: Sequence[str]) -> NDArray[np.generic]:
     """Numbers, or dates (ISO 8601, UTC) where the first cell is one; `ValueError` where a cell is neither."""
     if cells and _DAY.match(cells[0]):
-        if not all(_DATE.fullmatch(cell.strip()) for cell in cells if cell.strip()):
+        dates = [_DATE.fullmatch(cell.strip() or "NaT") for cell in cells]
+        if not all(dates):
             raise ValueError("no date in UTC")
-        return np.array([cell.strip().removesuffix("Z") or "NaT" for cell in cells], "datetime64[ns]")
+        return np.array([date[1] for date in dates if date], "datetime64[ns]")
     values = np.array([float(cell.strip() or "nan") for cell in cells])
     return _whole(cells, values) if (np.abs(values) >= _EXACT).any() else values
 

@@ -1,6 +1,7 @@
 """What tables of every kind share: signals by name, their times, rows without a value."""
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -28,18 +29,19 @@ from acf_jax.recording.series import Array, Channel, Growing, Progress, Series
 Chunk = Mapping[str, NDArray[np.generic]]
 # The chunks of rows of some columns, in order.
 Chunks = Callable[[Sequence[str], Progress], Iterator[Chunk]]
+_MOST = 10_000  # columns
 _NUMBERED = re.compile(r" \(\d+\)$")
 
 
 def unique(names: Sequence[str]) -> list[str]:
     """A name for every column: its number where it has none, a number behind where several are called the same."""
     filled = [name.strip() or f"column {i}" for i, name in enumerate(names, 1)]
-    seen: dict[str, int] = {}
+    total, seen = Counter(filled), Counter[str]()
     result = []
     for name in filled:
-        seen[name] = seen.get(name, 0) + 1
-        result.append(f"{name} ({seen[name]})" if filled.count(name) > 1 else name)
-    return result
+        seen[name] += 1
+        result.append(f"{name} ({seen[name]})" if total[name] > 1 else name)
+    return result if len(set(result)) == len(result) else unique(result)
 
 
 class Table:
@@ -61,6 +63,8 @@ class Table:
         notes: Sequence[str] = (),
         fault: str | None = None,
     ):
+        if len(columns) > _MOST:
+            raise InputError(f"{path}: holds {len(columns):,} columns; keep those that are needed")
         self.path, self.columns, self.chunks, self.stated = path, list(columns), chunks, stated
         self.names = [column.name for column in columns]
         self.units, self.steps, self.notes, self.fault = units or {}, steps or {}, list(notes), fault

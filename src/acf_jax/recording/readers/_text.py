@@ -58,8 +58,8 @@ class Text:
                     )
                 done += len(lines)
                 if isinstance(raw, gzip.GzipFile):
-                    check_unpacked(self.path, raw.tell())
                     check_rows(self.path, done)
+                    check_unpacked(self.path, raw.tell())
                 yield lines
 
     def _bytes(self) -> BinaryIO:

@@ -1,7 +1,7 @@
 """Times of the rows of a table: from its columns, whose names or else values tell them, or from a sampling interval."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ _BEYOND = (
     " (time_scale: 1.0e-9 for ns)"
 )
 _LATEST = 4.1e9  # s since 1970: the year 2099
+_SEARCHED = 200  # columns, of each of which the beginning is read
 _FEW = 3  # rows that show nothing
 _TICK = 10**9  # ns: a column of whole numbers that counts rows rises by this, were it a time in seconds
 
@@ -53,13 +54,13 @@ def nanoseconds(values: NDArray[np.generic], scale: float, where: str) -> Stamps
     known = np.isfinite(values)
     if np.any(np.abs(values[known], dtype=float) > 2.0**62 / (1e9 * scale)):
         raise InputError(f"{where}: {_BEYOND}")
-    values = np.where(known, values, 0)
+    numbers: Any = np.where(known, values, 0)
     factor = round(1e9 * scale)
     if factor < 1 or abs(factor - 1e9 * scale) > 1e-6:
-        return np.rint(values * (1e9 * scale)).astype(np.int64), known
+        return np.rint(numbers * (1e9 * scale)).astype(np.int64), known
     # whole units apart: they are exact as integers where their ns, as floats, are not
-    whole = values.astype(np.int64)
-    return whole * factor + np.rint((values - whole) * factor).astype(np.int64), known
+    whole = numbers.astype(np.int64)
+    return whole * factor + np.rint((numbers - whole) * factor).astype(np.int64), known
 
 
 def find_clocks(
@@ -88,7 +89,8 @@ def find_clocks(
     likely = [clock for clock in likely if _rises(first(clock))]
     if likely:
         return likely
-    return [(name,) for name in names if _rises(first((name,)), strictly=True, but_counts=True)] or blank
+    others = names if len(names) <= _SEARCHED else ()
+    return [(name,) for name in others if _rises(first((name,)), strictly=True, but_counts=True)] or blank
 
 
 def _is_filled(seen: Stamps | None) -> bool:

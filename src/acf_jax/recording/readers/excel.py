@@ -2,8 +2,8 @@
 
 import warnings
 import zipfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
 from datetime import datetime, time, timedelta
 from functools import partial
 from itertools import islice
@@ -71,8 +71,8 @@ def open_recording(path: Path, stated: Mapping) -> Table:
                 f"{path}: {', '.join(map(shown, wanted))} are on several sheets; name a time of each"
             )
         sheet, done = own[0][0], 0
-        with _workbook(path) as book:
-            rows = within(_rows(book[sheet.title], sheet.first), path, _FAULTS, _REMEDY)
+        with _workbook(path) as book, closing(_rows(book[sheet.title], sheet.first)) as opened:
+            rows = within(opened, path, _FAULTS, _REMEDY)
             while block := list(islice(rows, ROWS)):
                 columns = [[row[place] if place < len(row) else None for row in block] for _, place in own]
                 where = f"{path} column"
@@ -102,13 +102,16 @@ def _workbook(path: Path) -> Iterator[Any]:
             book.close()
 
 
-def _rows(sheet: Any, first: int = 0) -> Iterator[Cells]:
-    return islice(sheet.iter_rows(max_col=_WIDEST, values_only=True), first, None)
+def _rows(sheet: Any, first: int = 0) -> Generator[Cells, None, None]:
+    """The rows of a sheet from row `first` on; what openpyxl holds open is closed with it."""
+    with closing(sheet.iter_rows(max_col=_WIDEST, values_only=True)) as rows:
+        yield from islice(rows, first, None)
 
 
 def _table_in(path: Path, sheet: Any) -> _Sheet | None:
     """The table of a sheet, or None where it has no rows of numbers."""
-    rows = _text(list(islice(_rows(sheet), LOOKED_AT)))
+    with closing(_rows(sheet)) as opened:
+        rows = _text(list(islice(opened, LOOKED_AT)))
     header = find_header(rows, partial(_named, rows))
     if header is None:
         return None

@@ -1,5 +1,6 @@
 """LabVIEW's TDMS files, through npTDMS: groups of channels, each with its own sampling interval or none."""
 
+import logging
 import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -32,20 +33,22 @@ def recognises(path: Path) -> bool:
 def open_recording(path: Path, stated: Mapping) -> Table:
     """The channels, GROUP/CHANNEL where there are several groups; an interval of theirs gives their times."""
     nptdms: Any = need("nptdms", "tdms", f"{path}: reading TDMS")
+    nptdms.log.log_manager.set_level(logging.ERROR)  # it would write warnings between the lines of a user
     with border(path, _FAULTS, _REMEDY), nptdms.TdmsFile.read_metadata(path) as file:
         groups = [group for group in file.groups() if group.channels()]
         channels = [channel for group in groups for channel in group.channels()]
         keys = [(channel.group_name, channel.name) for channel in channels]
         names = unique([name if len(groups) == 1 else f"{group}/{name}" for group, name in keys])
         columns = [Channel(n, str(c.dtype), len(c)) for n, c in zip(names, channels, strict=True)]
+        whole = not file.file_status.incomplete_final_segment
         steps = _steps(names, [dict(channel.properties) for channel in channels])
 
     def chunks(wanted: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         places = [names.index(name) for name in wanted]
         counts = {columns[place].name: columns[place].count or 0 for place in places}
-        size = max(counts.values())
+        size = min(counts.values())  # the last channels of a file that was not closed are shorter
         check_rows(path, size)
-        if len(set(counts.values())) > 1:
+        if whole and len(set(counts.values())) > 1:
             listed = ", ".join(f"{shown(name)} {count}" for name, count in counts.items())
             raise InputError(
                 f"{path}: the channels {listed} must be of one length; name a time of each in --mapping"
@@ -60,7 +63,8 @@ def open_recording(path: Path, stated: Mapping) -> Table:
                 yield dict(zip(wanted, values, strict=True))
                 progress(min(first + ROWS, size), size)
 
-    return Table(path, columns, chunks, stated, steps=steps)
+    notes = [] if whole else [f"{path}: was not closed; its last samples are missing"]
+    return Table(path, columns, chunks, stated, steps=steps, notes=notes)
 
 
 def _numbers(values: Any) -> NDArray[np.generic]:
