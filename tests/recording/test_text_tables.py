@@ -88,6 +88,14 @@ def test_times_of_two_names_are_told_apart_by_their_values(tmp_path):
     lines = [f"{row},{time}" for row, time in zip(rows(), seconds(), strict=True)]
     with pytest.raises(InputError, match="columns 'time', 'clock' may all be the time; name it by --time"):
         read(tmp_path / "log.csv", ["time,force,velocity,clock", *lines])
+    with pytest.raises(
+        InputError, match="columns 'time', 'clock' may all be the time"
+    ):  # beside other faults
+        choose(tmp_path / "log.csv", open_recording(tmp_path / "log.csv"), Mapping())
+    counts = [f"{i},{3 * i + 10**10},{row}" for i, row in enumerate(rows())]
+    assert (
+        read(tmp_path / "log.csv", ["n,ticks,time,force,velocity", *counts]).notes == ()
+    )  # nothing of the ticks
     check(read(tmp_path / "log.csv", ["time,force,velocity,clock", *lines], time="clock"))
 
 
@@ -186,6 +194,7 @@ HEADERS = {
     "a row of units": ["time,force,velocity", "s,N,m/s", *rows()],
     "units in brackets": ["time;force;velocity", "[s];[N];[m/s]", *rows(";", comma=True)],
     "units in ms": ["time,force,velocity", "ms,N,m/s", *rows(times=[t / 1e6 for t in TIME.tolist()])],
+    "channels and units": ["time;force;v", "clock;MX840 1;MX840 2", "s;N;m/s", *rows(";")],
     "units and channels": ["time;force;v", "s;N;m/s", "clock;MX840 1;MX840 2", *rows(";")],
     "separators that end lines": ["time,force,velocity,", *(f"{row}," for row in rows())],
     "separators that end rows": ["time,force,velocity", *(f"{row}," for row in rows())],

@@ -53,7 +53,7 @@ def command(
     as_json: bool,
     **signals: str | None,
 ) -> None:
-    """Cut a gap data set from RECORDING: a ROS bag, a CSV or Parquet table, or NumPy arrays.
+    """Cut a gap data set from RECORDING: a ROS bag, or a table or arrays of any kind that docs/import.md lists.
 
     Finds the contacts, measures their velocity, and writes OUT/dataset.yaml, OUT/trials.csv, OUT/traces and a page of
     every cut, OUT/import.html. docs/import.md leads from a recording to a report.

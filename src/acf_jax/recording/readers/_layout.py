@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from acf_jax.errors import InputError, shown
-from acf_jax.recording.readers._words import is_time
+from acf_jax.recording.readers._words import is_time, is_unit
 
 SEPARATORS = ("\t", ";", ",", "|", " ")  # a blank stands for any white space
 LOOKED_AT = 500  # lines or rows, of which those before the header are a part
 _ENOUGH = 10  # rows of numbers after which a line is the header, whatever follows
-_DATE = re.compile(
-    r"(\d{1,4}[:/-]\d|\d{1,2}\.\d{1,2}\.\d{4}\b)[\d:/., TZ+-]*"
-)  # 10:00:01, 3/1/2026, 1.3.2026
+# 10:00:01, 3/1/2026, 1.3.2026
+_DATE = re.compile(r"(\d{1,4}[:/-]\d|\d{1,2}\.\d{1,2}\.\d{4}\b)[\d:/., TZ+-]*")
 _MARK = re.compile(r"\s*(#+|%+|//+|!+)\s*")  # of comments, also before a header
 # Cells with blanks in them: two or more blanks apart, or a name and its unit.
 _WIDE = re.compile(r"\t+| {2,}")
@@ -28,8 +27,9 @@ class Header(NamedTuple):
     """The header of rows of cells."""
 
     names: list[str]  # none where no row names the columns
-    rows: list[int]  # those that belong to it, the first holds the names
-    first: int  # row after it
+    row: int  # of the names
+    units: int | None  # the row of units, or another between the names and the numbers
+    first: int  # row after the header
     cells: int  # of a row of numbers
     score: int  # cells that are numbers, less those that are not, in rows of numbers
 
@@ -40,10 +40,10 @@ class Layout:
 
     separator: str
     names: list[str]
-    units: list[str]  # of a row below the names
     skip: int  # lines before the first row of numbers
     cells: int  # of such a row
-    header: list[int]  # lines of names and units, from 1
+    units: Sequence[str] = ()  # of a row between them
+    units_line: int = 0  # from 1
     remarks: bool = False  # whether words may stand behind the last cell of a row
 
     def notes(self, path: Path) -> list[str]:
@@ -51,7 +51,7 @@ class Layout:
         if not self.units:
             return []
         cells = ", ".join(shown(cell) for cell in self.units[:8])
-        return [f"{path} line {self.header[1]}: is taken for a row of units: {cells}"]
+        return [f"{path} line {self.units_line}: is taken for a row of units: {cells}"]
 
     def fault(self, path: Path) -> str | None:
         """What has to be known where a column is not found: none has a name."""
@@ -73,11 +73,9 @@ def is_number(cell: str) -> bool:
 def split(line: str, separator: str) -> list[str]:
     """The cells of a line."""
     if '"' in line:
-        line = line.replace("\t", " ") if separator == " " else line
-        return [
-            c.strip()
-            for c in next(csv.reader([line], delimiter=separator, skipinitialspace=separator == " "))
-        ]
+        blank = separator == " "
+        text = line.replace("\t", " ") if blank else line
+        return [c.strip() for c in next(csv.reader([text], delimiter=separator, skipinitialspace=blank))]
     return line.split() if separator == " " else [cell.strip() for cell in line.split(separator)]
 
 
@@ -100,10 +98,12 @@ def find_layout(path: Path, lines: Sequence[str]) -> Layout:
     _, separator, header = max(found, key=lambda one: one[0])
     if not header.names and (place := _mismatched(lines, separator, header.first, marked)) is not None:
         names = trimmed(split(lines[place], separator))
-        return Layout(separator, names, [], place + 1, len(names), [place + 1])
+        return Layout(separator, names, place + 1, len(names))
     names = header.names or [""] * header.cells
-    units = _named(lines, separator, header.rows[1], 1, len(names)) if len(header.rows) > 1 else None
-    return Layout(separator, names, units or [], header.first, header.cells, [i + 1 for i in header.rows])
+    if header.units is None:
+        return Layout(separator, names, header.first, header.cells)
+    units = _named(lines, separator, header.units, 1, header.cells) or []
+    return Layout(separator, names, header.first, header.cells, units, header.units + 1)
 
 
 def find_header(
@@ -116,39 +116,39 @@ def find_header(
     **Arguments:** rows of cells; `named(i, low, high)`, the cells of row i as names, if they are low to high in
     number; rows behind the mark of a comment.
     """
-    plain = [i for i in range(len(rows)) if i not in marked]
+    plain = {i: sum(map(is_number, row)) for i, row in enumerate(rows) if i not in marked}
     weights: Counter[int] = Counter()
-    for i in plain:
-        weights[len(rows[i])] += sum(map(is_number, rows[i]))
-    if not weights or not (cells := max(weights, key=lambda n: (weights[n], n))) or not weights[cells]:
+    for i, count in plain.items():
+        weights[len(rows[i])] += count
+    cells = max(weights, key=lambda n: (weights[n], n), default=0)
+    if not weights[cells]:
         return None
-    alike = [rows[i] for i in plain if len(rows[i]) == cells and any(map(is_number, rows[i]))]
-    filled = [[row[j] for row in alike if row[j]] for j in range(cells)]
+    alike = [i for i, count in plain.items() if count and len(rows[i]) == cells]
+    filled = [[rows[i][j] for i in alike if rows[i][j]] for j in range(cells)]
     numeric = [j for j in range(cells) if 2 * sum(map(is_number, filled[j])) > len(filled[j])]
-    named_cells = max(
-        (j + 1 for j in range(cells) if filled[j]), default=cells
-    )  # a separator may end each row
+    low = max(j + 1 for j in range(cells) if filled[j])  # a separator may end each row
 
     def is_words(row: Sequence[str]) -> bool:
         there = [row[j] for j in numeric if j < len(row) and row[j]]
-        return bool(there) and 2 * sum(map(is_number, there)) < len(there)
+        return 2 * sum(map(is_number, there)) < len(there)
 
-    numbers = [
-        i for i in plain if len(rows[i]) == cells and any(map(is_number, rows[i])) and not is_words(rows[i])
-    ]
+    numbers = [i for i in alike if not is_words(rows[i])]
     score = sum(1 if is_number(cell) else -1 for i in numbers for cell in rows[i] if cell)
-    begin = numbers[0] if numbers else len(rows)  # a comment further down is no header
+    begin = numbers[0] if numbers else len(rows)
+    # a comment below the first numbers is no header
     places = [i for i in range(len(rows)) if i < begin or i not in marked]
-    heads = {i: row for i in places if (row := named(i, named_cells, cells)) and is_words(row)}
-    if not heads and numbers and (row := named(numbers[0], named_cells, cells)):
-        words = [row[j] for j in numeric if j < len(row) and row[j] and not is_number(row[j])]
-        heads = {numbers.pop(0): row} if words and len(numbers) > 1 else {}  # time,1,2,3
+    heads = {i: row for i in places if (row := named(i, low, cells)) and is_words(row)}
+    first = named(begin, low, cells) if not heads and len(numbers) > 1 else None
+    if first and not all(is_number(first[j]) for j in numeric if j < len(first) and first[j]):
+        heads = {numbers.pop(0): first}  # time,1,2,3
     if not heads:
-        return Header([], [], numbers[0], cells, score) if numbers else None
+        return Header([], 0, None, begin, cells, score) if numbers else None
     group = _followed(_groups(heads, rows, marked), numbers)
     group = [i for i in group if i not in marked] or group
     top = next((i for i in group if any(map(is_time, heads[i]))), group[0])
-    return Header(heads[top], [i for i in group if i >= top], group[-1] + 1, cells, score)
+    below = [i for i in group if i > top]
+    units = next((i for i in below if any(is_unit(cell) for cell in heads[i])), below[0] if below else None)
+    return Header(heads[top], top, units, group[-1] + 1, cells, score)
 
 
 def _groups(
@@ -210,4 +210,4 @@ def _without_numbers(lines: Sequence[str], marked: frozenset[int]) -> Layout:
     i = next((i for i, line in enumerate(lines) if line.strip() and i not in marked), 0)
     separator = max(SEPARATORS, key=lambda one: len(split(lines[i], one)))
     names = trimmed(split(lines[i], separator))
-    return Layout(separator, names or [""], [], i + 1, len(names), [i + 1])
+    return Layout(separator, names or [""], i + 1, len(names))

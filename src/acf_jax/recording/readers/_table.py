@@ -1,11 +1,11 @@
 """What tables of every kind share: signals by name, their times, rows without a value."""
 
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers._guard import some
 from acf_jax.recording.readers._times import Clock, Stamps, Step, find_clocks, nanoseconds, usual_scale
 from acf_jax.recording.readers._words import (
+    NUMBERED,
     groups,
     is_called,
     is_time,
@@ -30,7 +31,6 @@ Chunk = Mapping[str, NDArray[np.generic]]
 # The chunks of rows of some columns, in order.
 Chunks = Callable[[Sequence[str], Progress], Iterator[Chunk]]
 _MOST = 10_000  # columns
-_NUMBERED = re.compile(r" \(\d+\)$")
 
 
 def unique(names: Sequence[str]) -> list[str]:
@@ -42,6 +42,13 @@ def unique(names: Sequence[str]) -> list[str]:
         seen[name] += 1
         result.append(f"{name} ({seen[name]})" if total[name] > 1 else name)
     return result if len(set(result)) == len(result) else unique(result)
+
+
+class _Regular(NamedTuple):
+    """Rows at regular intervals, and their number where it is known."""
+
+    step: Step
+    rows: int | None
 
 
 class Table:
@@ -67,7 +74,7 @@ class Table:
             raise InputError(f"{path}: holds {len(columns):,} columns; keep those that are needed")
         self.path, self.columns, self.chunks, self.stated = path, list(columns), chunks, stated
         self.names = [column.name for column in columns]
-        self.units, self.steps, self.notes, self.fault = units or {}, steps or {}, list(notes), fault
+        self.units, self.steps, self.notes, self.fault = units or {}, steps or {}, notes, fault
         self._scales: dict[str, float] = {}
 
     def close(self) -> None:
@@ -79,9 +86,13 @@ class Table:
 
     def obstacles(self) -> list[str]:
         """What has to be mended or named beside the signals."""
-        timed = self.stated.time or self.stated.sample_rate_hz or self.steps
-        missing = [] if timed or self._clocks else [self._no_time([])]
-        return [*([self.fault] if self.fault else []), *missing]
+        found = [self.fault] if self.fault else []
+        if self.stated.time is None and self.stated.sample_rate_hz is None and not self.steps:
+            try:
+                self._own_time(self.names[0])
+            except InputError as error:
+                found += error.faults
+        return found
 
     def candidates(self, role: str) -> list[Source]:
         """Columns that are called what the role is."""
@@ -104,7 +115,7 @@ class Table:
     def read(self, sources: Mapping[str, Source], progress: Progress) -> dict[str, Series]:
         """The signals in one pass over the rows."""
         faults: list[str] = []
-        clocks: dict[str, Clock | tuple[Step, int | None]] = {}
+        clocks: dict[str, Clock | _Regular] = {}
         for key, source in sources.items():
             faults += (missing := list(self._missing(source)))
             if not missing:
@@ -119,24 +130,24 @@ class Table:
         for clock in dict.fromkeys(clocks.values()):
             own = {key: source.name for key, source in sources.items() if clocks[key] == clock}
             self._read(clock, own, grown, progress)
-        notes = tuple(self.notes)
+        told = [note for clock in dict.fromkeys(clocks.values()) for note in self._told(clock)]
+        notes = (*self.notes, *told)
         return {key: replace(samples.done(), notes=notes) for key, samples in grown.items()}
 
     def _read(
         self,
-        clock: Clock | tuple[Step, int | None],
+        clock: Clock | _Regular,
         names: Mapping[str, str],
         grown: Mapping[str, Growing],
         progress: Progress,
     ) -> None:
         """Add the rows of the columns `names` to `grown`, by its keys."""
-        step = clock[0] if isinstance(clock[0], Step) else None
-        columns = [] if step else [str(name) for name in clock]
+        columns = () if isinstance(clock, _Regular) else clock
         row = 0
         for chunk in self.chunks(list(dict.fromkeys([*columns, *names.values()])), progress):
-            if step:
+            if isinstance(clock, _Regular):
                 size = len(next(iter(chunk.values())))
-                stamps, known = step.stamps(row, size), np.ones(size, bool)
+                stamps, known = clock.step.stamps(row, size), np.ones(size, bool)
                 row += size
             else:
                 stamps, known = self._stamps(columns, chunk)
@@ -149,15 +160,15 @@ class Table:
                 grown[key].time.frombytes(stamps[there].tobytes())
                 grown[key].value.frombytes(value[there].tobytes())
 
-    def _clock(self, source: Source) -> Clock | tuple[Step, int | None]:
+    def _clock(self, source: Source) -> Clock | _Regular:
         """The columns of a signal's times, or its sampling interval and number of rows."""
         count = self.columns[self.names.index(source.name)].count
         if text := source.time or self.stated.time:
             return self._named(text)
         if self.stated.sample_rate_hz is not None:
-            return Step(0, 1.0 / self.stated.sample_rate_hz), count
+            return _Regular(Step(0, 1.0 / self.stated.sample_rate_hz), count)
         if source.name in self.steps:
-            return self.steps[source.name], count
+            return _Regular(self.steps[source.name], count)
         return self._own_time(source.name)
 
     def _named(self, text: str) -> Clock:
@@ -172,7 +183,7 @@ class Table:
         for name in dict.fromkeys((source.name, *(self._named(text) if text else ()))):
             if name in self.names:
                 continue
-            if alike := [other for other in self.names if _NUMBERED.sub("", other) == name]:
+            if alike := [other for other in self.names if NUMBERED.sub("", other) == name]:
                 yield f"{self._where([name])}: is there {len(alike)} times; name one of {some(alike)}"
             else:
                 hint = suggestion(name, self.names) or f"; it has {some(self.names)}"
@@ -200,15 +211,22 @@ class Table:
         for group in groups(name):
             near = near or [clock for clock in self._clocks if groups(clock[0])[0] == group]
         near = near or self._clocks
-        if len({_NUMBERED.sub("", last_part(clock[0])) for clock in near}) != 1:
+        if len({NUMBERED.sub("", last_part(clock[0])) for clock in near}) != 1:
             raise InputError(self._no_time(near))
         left = [clock for clock in near if self.names.index(clock[0]) < self.names.index(name)]
-        clock = left[-1] if left else near[0]
-        if not any(is_time(column) or speaks_of_time(column) or column in self.units for column in clock):
-            self.notes.append(
-                f"{self._where(clock)}: is taken for the time, as the only column that increases"
-            )
-        return clock
+        return left[-1] if left else near[0]
+
+    def _told(self, clock: Clock | _Regular) -> Iterator[str]:
+        """What a user should know of a time that nothing stated."""
+        if isinstance(clock, _Regular):
+            return
+        if self.stated.time is None and not any(
+            is_time(n) or speaks_of_time(n) or n in self.units for n in clock
+        ):
+            yield f"{self._where(clock)}: is taken for the time, as the only column that increases"
+        for name in clock:
+            if self._scales.get(name, 1.0) < 1.0:
+                yield f"{self._where([name])}: times of that size are read in units of {self._scales[name]:g} s"
 
     def _first(self, clock: Clock) -> Stamps | None:
         """The times of the first chunk of rows; None where the columns hold none."""
@@ -238,10 +256,6 @@ class Table:
             if (usual := usual_scale(values)) is None:
                 return 1.0
             self._scales[name] = usual
-            if usual < 1.0:
-                self.notes.append(
-                    f"{self._where([name])}: times of that size are read in units of {usual:g} s"
-                )
         return self._scales[name]
 
     def _where(self, names: Sequence[str]) -> str:

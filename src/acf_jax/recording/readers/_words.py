@@ -46,6 +46,7 @@ _UNITS = {word: scale for scale, words in _SECONDS.items() for word in _words(wo
 _ALL_UNITS = _UNITS | {word: scale for scale, words in _LONGER.items() for word in _words(words)}
 _LAST = re.compile(rf"(?:^|[\W_])({'|'.join(map(re.escape, _UNITS))})[\W_]*$")
 _IN_BRACKETS = re.compile(r"[\[({<]\s*([^\[\](){}<>]+?)\s*[\])}>]\s*$")
+NUMBERED = re.compile(r" \(\d+\)$")  # behind columns of one name
 _PATH = re.compile(r"/|(?<=\w)\.(?=\w)")
 _ROLE = {
     role: re.compile(
@@ -64,8 +65,8 @@ def is_called(name: str, role: str) -> bool:
 
 
 def _apart(name: str) -> str:
-    """Folded, timeMs as time ms."""
-    return fold(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip()))
+    """Folded, timeMs as time ms, without the number that tells apart columns of one name."""
+    return fold(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", NUMBERED.sub("", name.strip())))
 
 
 def unit_of(name: str) -> float | None:

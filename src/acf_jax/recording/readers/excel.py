@@ -116,9 +116,10 @@ def _table_in(path: Path, sheet: Any) -> _Sheet | None:
     if header is None:
         return None
     names = header.names or [""] * header.cells
-    units = rows[header.rows[1]] if len(header.rows) > 1 else []
-    row = header.rows[1] + 1 if units else 0
-    note = f"{path} sheet {shown(sheet.title)} row {row}: is taken for a row of units" if units else None
+    units, note = [], None
+    if header.units is not None:
+        units = rows[header.units]
+        note = f"{path} sheet {shown(sheet.title)} row {header.units + 1}: is taken for a row of units"
     return _Sheet(sheet.title, names, units, header.first, note)
 
 

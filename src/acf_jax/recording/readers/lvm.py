@@ -64,15 +64,16 @@ def open_recording(path: Path, stated: Mapping) -> Table:
         header.pop()
     names = unique(header)
     skip = ends[-1] + 2
-    first = lines[skip].split(separator) if skip < len(lines) else []
-    layout = Layout(separator, names, [], skip, len(first), [skip], remarks=True)
+    rows = [line.split(separator) for line in lines[skip : skip + 2]]
+    # a remark stands in the first row, if anywhere
+    layout = Layout(separator, names, skip, len(rows[-1]) if rows else 0, remarks=True)
 
     def read(wanted: Sequence[str], progress: Progress) -> Iterator[Chunk]:
         return chunks(text, layout, names, wanted, progress)
 
     times = [name for name, cell in zip(names, header, strict=True) if cell == _TIME]
     channels = [name for name in names if name not in times]
-    steps = {} if first and first[0].strip() else _steps(path, lines, separator, channels)
+    steps = {} if rows and rows[0][0].strip() else _steps(path, lines, separator, channels)
     units = dict.fromkeys(times, "s")
     return Table(
         path,
