@@ -30,8 +30,9 @@ def chunks(
     """The wanted columns of a text, whose columns are `names`, in order."""
     places = [names.index(name) for name in wanted]
     done = layout.skip
-    for lines, content in _whole_rows(_after(text.blocks(), layout.skip)):
-        cells = _plain(lines, content, layout.separator, layout.cells, places)
+    for block in _whole_rows(_after(text.blocks(), layout.skip)):
+        lines = block.split("\n")
+        cells = _plain(block, lines, layout.separator, layout.cells, places)
         if cells is not None:
             yield dict(zip(wanted, cells, strict=True))
         else:
@@ -40,30 +41,30 @@ def chunks(
         progress(done, 0)
 
 
-def _after(blocks: Iterator[list[str]], skip: int) -> Iterator[list[str]]:
-    """The lines but for the first `skip`."""
-    for lines in blocks:
-        if skip < len(lines):
-            yield lines[skip:] if skip else lines
-        skip = max(skip - len(lines), 0)
-
-
-def _whole_rows(blocks: Iterator[list[str]]) -> Iterator[tuple[list[str], str]]:
-    """Blocks, as lines and as one text, that end outside of quotes: within them a cell may have several lines."""
-    held: list[str] = []
-    count = 0
+def _after(blocks: Iterator[str], skip: int) -> Iterator[str]:
+    """The text after the first `skip` lines."""
     for block in blocks:
-        held, count = held + block if held else block, count + 1
-        text = "\n".join(held)
-        if text.count('"') % 2 == 0 or count == _HELD:
-            yield held, text
-            held, count = [], 0
+        parts = block.split("\n", skip)
+        if len(parts) > skip:
+            yield parts[skip]
+        skip = max(skip - len(parts), 0)
+
+
+def _whole_rows(blocks: Iterator[str]) -> Iterator[str]:
+    """Blocks that end outside of quotes, within which a cell may have several lines."""
+    held: list[str] = []
+    for block in blocks:
+        held.append(block)
+        text = block if len(held) == 1 else "\n".join(held)
+        if '"' not in text or text.count('"') % 2 == 0 or len(held) == _HELD:
+            yield text
+            held = []
     if held:
-        yield held, "\n".join(held)
+        yield "\n".join(held)
 
 
 def _plain(
-    lines: list[str], text: str, separator: str, cells: int, places: Sequence[int]
+    text: str, lines: list[str], separator: str, cells: int, places: Sequence[int]
 ) -> list[NDArray[np.generic]] | None:
     """The wanted columns, or None where a line needs a closer look."""
     if '"' in text or "#" in text or not text.strip():

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.recording.readers._bounds import check_rows, check_unpacked
 from acf_jax.recording.readers._guard import border
 
-BLOCK = 1 << 20  # characters read at once
+BLOCK = 1 << 19  # characters read at once
 LONGEST = 1_000_000  # characters of a line
 FAULTS = (OSError, EOFError, zlib.error)
 REMEDY = "save it as text with separated cells"
@@ -33,8 +33,8 @@ class Text:
         """What a user should know of the encoding."""
         return [f"{self.path}: is not UTF-8; read as Windows-1252"] if self.encoding == "cp1252" else []
 
-    def blocks(self) -> Iterator[list[str]]:
-        """The lines, without their ends, in blocks.
+    def blocks(self) -> Iterator[str]:
+        """The text in blocks of whole lines, ends of lines as \\n and none at the end.
 
         **Raises:** `InputError` for a line, or a content of a packed file, that is longer than any table's.
         """
@@ -50,21 +50,28 @@ class Text:
                         text += file.readline(LONGEST + 1)
                 if not text:
                     return
-                lines = text.removesuffix("\n").split("\n")
-                if max(map(len, lines)) > LONGEST:
-                    line = next(i for i, line in enumerate(lines, done + 1) if len(line) > LONGEST)
-                    raise InputError(
-                        f"{self.path} line {line}: is longer than {LONGEST:,} characters; {REMEDY}"
-                    )
-                done += len(lines)
+                if len(text) > LONGEST:  # blocks are shorter, but for a last line that is long
+                    _check_lines(self.path, text.split("\n"))
                 if isinstance(raw, gzip.GzipFile):
+                    done += text.count("\n")
                     check_rows(self.path, done)
                     check_unpacked(self.path, raw.tell())
-                yield lines
+                yield text.removesuffix("\n")
+
+    def head(self) -> list[str]:
+        """The lines of the first block."""
+        return next(self.blocks(), "").split("\n")
 
     def _bytes(self) -> BinaryIO:
         packed = self.path.suffix.lower() == ".gz"
         return cast(BinaryIO, gzip.open(self.path)) if packed else self.path.open("rb")
+
+
+def _check_lines(path: Path, lines: list[str]) -> None:
+    if long := next((line for line in lines if len(line) > LONGEST), None):
+        raise InputError(
+            f"{path}: the line that begins with {shown(long)} is longer than {LONGEST:,} characters; {REMEDY}"
+        )
 
 
 def _encoding(head: bytes) -> str:

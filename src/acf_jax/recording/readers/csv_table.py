@@ -24,7 +24,7 @@ def recognises(path: Path) -> bool:
 def open_recording(path: Path, stated: Mapping) -> Table:
     """The table, its separator and header found by the rows of numbers."""
     text = Text(path)
-    layout = find_layout(path, next(text.blocks(), []))
+    layout = find_layout(path, text.head())
     names = unique(layout.names)
 
     def read(wanted: Sequence[str], progress: Progress) -> Iterator[Chunk]:

@@ -1,7 +1,9 @@
 """Excel sheets, through openpyxl; a table is found in a sheet as in a text."""
 
+import struct
 import warnings
 import zipfile
+import zlib
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from datetime import datetime, time, timedelta
@@ -24,8 +26,8 @@ from acf_jax.recording.series import Channel, Progress
 KIND = "an Excel file (.xlsx, .xlsm)"
 ROWS = 50_000  # of a chunk
 _WIDEST = 1000  # columns
-_FAULTS: Faults = (OSError, EOFError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError,
-                   SyntaxError, MemoryError, zipfile.BadZipFile, NotImplementedError)  # fmt: skip
+_FAULTS: Faults = (OSError, EOFError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError,
+                   RuntimeError, SyntaxError, MemoryError, zipfile.BadZipFile, zlib.error, struct.error)  # fmt: skip
 _REMEDY = "open it in Excel and save it again as .xlsx or as .csv"
 Cells = tuple[Any, ...]
 
@@ -92,14 +94,11 @@ def _workbook(path: Path) -> Iterator[Any]:
 
     with border(path, _FAULTS, _REMEDY), zipfile.ZipFile(path) as file:
         check_unpacked(path, sum(member.file_size for member in file.infolist()))
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), path.open("rb") as opened:
         warnings.simplefilter("ignore")  # of styles and rules, which hold no data
         with border(path, _FAULTS, _REMEDY):
-            book = load_workbook(path, read_only=True, data_only=True)
-        try:
-            yield book
-        finally:
-            book.close()
+            book = load_workbook(opened, read_only=True, data_only=True)
+        yield book
 
 
 def _rows(sheet: Any, first: int = 0) -> Generator[Cells, None, None]:

@@ -28,29 +28,28 @@ def is_labview(path: Path) -> bool:
     if not (path.name.lower().removesuffix(".gz").endswith(SUFFIXES) and path.is_file()):
         return False
     try:
-        lines = next(Text(path).blocks(), [""])
+        return Text(path).head()[0].startswith(_BEGIN)
     except InputError:
         return False
-    return lines[0].startswith(_BEGIN)
 
 
 class _Measurement(Text):
     """A text of one measurement."""
 
-    def blocks(self) -> Iterator[list[str]]:
-        """The lines; `InputError` where another measurement begins."""
+    def blocks(self) -> Iterator[str]:
+        """The text; `InputError` where another measurement begins."""
         ends = 0
-        for lines in super().blocks():
-            ends += sum(line.startswith(_END) for line in lines)
+        for text in super().blocks():
+            ends += text.count(_END)
             if ends > 2:
                 raise InputError(f"{self.path}: holds several measurements; save each in a file of its own")
-            yield lines
+            yield text
 
 
 def open_recording(path: Path, stated: Mapping) -> Table:
     """The channels; times are those of X_Value, or come from X0 and Delta_X where that column is empty."""
     text = _Measurement(path)
-    lines = next(text.blocks(), [""])
+    lines = text.head()
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)]
     if not lines[0].startswith(_BEGIN) or not ends or len(lines) <= ends[-1] + 1:
         raise InputError(
