@@ -114,6 +114,16 @@ def test_times_since_1970_tell_their_unit_by_their_size(unit, tmp_path):
     check(read(tmp_path / "log.csv", quoted), begin)
 
 
+def test_dates_in_utc(tmp_path):
+    """With decimal points or commas, with or without a mark of UTC; a row may lack it where it lacks the signal."""
+    dates = [f"{stamp}" for stamp in np.datetime64("2026-03-01T10:00:00", "ns") + TIME]
+    begin = int(np.datetime64("2026-03-01T10:00:00", "ns").astype(int))
+    for form in ("{}", "{}Z", "{}+00:00"):
+        for change in (("T", " "), (".", ",")):
+            lines = rows(";", [form.format(date).replace(*change) for date in dates])
+            check(read(tmp_path / "log.csv", ["Zeitstempel;force;v", ";;0.1", *lines]), begin)
+
+
 def stamped(head: str, row: str) -> list[str]:
     """Rows by a template: ns since the epoch, their seconds and the rest, a number and the force."""
     values = zip(TIME.tolist(), FORCE.tolist(), strict=True)

@@ -29,6 +29,11 @@ class Stored:
     load: Callable[[Index], NDArray[np.generic]]  # a part of it
 
 
+def part_of(load: Callable[[str], NDArray[np.generic]], name: str) -> Callable[[Index], NDArray[np.generic]]:
+    """What takes a part of an array that can be loaded only as a whole."""
+    return lambda index: load(name)[index]
+
+
 def array_table(
     path: Path,
     arrays: Sequence[Stored],

@@ -153,11 +153,10 @@ def _columns(
         try:
             result[name] = _values([cell.replace(",", ".") for cell in column])
         except ValueError:
-            if _ANY_DATE.match(column[0]):
+            if _ANY_DATE.match(_first(column)):
+                what = f"{name} is {shown(_first(column))}, and not all dates are understood"
                 remedy = "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds, or state --rate"
-                faults.append(
-                    f"{path} row {numbers[0]}: {name} is {shown(column[0])}, and not all dates are understood; {remedy}"
-                )
+                faults.append(f"{path} row {numbers[0]}: {what}; {remedy}")
                 continue
             for i, cell in enumerate(column):
                 if cell.strip() and not _is_float(cell):
@@ -172,13 +171,18 @@ def _columns(
 
 def _values(cells: Sequence[str]) -> NDArray[np.generic]:
     """Numbers, or dates (ISO 8601, UTC) where the first cell is one; `ValueError` where a cell is neither."""
-    if cells and _DAY.match(cells[0]):
+    if _DAY.match(_first(cells)):
         dates = [_DATE.fullmatch(cell.strip() or "NaT") for cell in cells]
         if not all(dates):
             raise ValueError("no date in UTC")
         return np.array([date[1] for date in dates if date], "datetime64[ns]")
     values = np.array([float(cell.strip() or "nan") for cell in cells])
     return _whole(cells, values) if (np.abs(values) >= _EXACT).any() else values
+
+
+def _first(cells: Sequence[str]) -> str:
+    """The first cell that is filled."""
+    return next((cell for cell in cells if cell.strip()), "")
 
 
 def _is_float(cell: str) -> bool:

@@ -55,7 +55,7 @@ class Table:
     """A recording in columns; a row of which a value is missing is no sample of that signal.
 
     **Arguments:** file; columns; their chunks of rows; what the user stated; `units` from a row of units, by column;
-    `steps` of columns that bring a sampling interval; `notes` on how it was read; `fault`, why columns have no names.
+    `steps` of columns that bring an interval; `notes` on how it was read; `fault`, told where a signal is missing.
     """
 
     def __init__(

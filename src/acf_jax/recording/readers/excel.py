@@ -24,7 +24,7 @@ from acf_jax.recording.readers._table import Chunk, Table, unique
 from acf_jax.recording.series import Channel, Progress
 
 KIND = "an Excel file (.xlsx, .xlsm)"
-ROWS = 50_000  # of a chunk
+ROWS = 5_000  # of a chunk
 _WIDEST = 1000  # columns
 _FAULTS: Faults = (OSError, EOFError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError,
                    RuntimeError, SyntaxError, MemoryError, zipfile.BadZipFile, zlib.error, struct.error)  # fmt: skip
@@ -76,6 +76,10 @@ def open_recording(path: Path, stated: Mapping) -> Table:
         with _workbook(path) as book, closing(_rows(book[sheet.title], sheet.first)) as opened:
             rows = within(opened, path, _FAULTS, _REMEDY)
             while block := list(islice(rows, ROWS)):
+                if all(
+                    cell is None for row in block for cell in row
+                ):  # a sheet may have a million empty rows
+                    return
                 columns = [[row[place] if place < len(row) else None for row in block] for _, place in own]
                 where = f"{path} column"
                 yield {n: _values(c, f"{where} {shown(n)}") for n, c in zip(wanted, columns, strict=True)}

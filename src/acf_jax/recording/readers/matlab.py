@@ -3,17 +3,16 @@
 import struct
 import zlib
 from collections.abc import Iterator
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from acf_jax.errors import InputError
 from acf_jax.recording.mapping import Mapping
 from acf_jax.recording.readers import hdf5
-from acf_jax.recording.readers._arrays import Index, Stored, array_table
+from acf_jax.recording.readers._arrays import Stored, array_table, part_of
 from acf_jax.recording.readers._bounds import check_unpacked
 from acf_jax.recording.readers._guard import Faults, border
 from acf_jax.recording.readers._table import Table
@@ -76,6 +75,9 @@ def _arrays(path: Path) -> tuple[list[Stored], bool]:
     """The arrays of numbers by what the file says of them, and whether it holds what only MATLAB reads."""
     from scipy.io import loadmat, whosmat
 
+    load = lru_cache(maxsize=1)(
+        partial(_variable, path)
+    )  # of a matrix one column after the other is asked for
     found: list[Stored] = []
     try:
         listed = whosmat(path, appendmat=False)
@@ -85,16 +87,16 @@ def _arrays(path: Path) -> tuple[list[Stored], bool]:
         return found, True
     for name, shape, kind in listed:
         if kind in ("double", "single", "logical") or "int" in kind:
-            found.append(Stored(name, shape, kind, partial(_load, path, name)))
+            found.append(Stored(name, shape, kind, part_of(load, name)))
         elif kind == "struct" and np.prod(shape) == 1:
-            found += _fields(name, loadmat(path, variable_names=[name], appendmat=False)[name])
+            found += _fields(name, _variable(path, name))
     return found, any(kind in ("opaque", "object") for _, _, kind in listed)
 
 
-def _load(path: Path, name: str, index: Index) -> NDArray[np.generic]:
+def _variable(path: Path, name: str) -> Any:
     from scipy.io import loadmat
 
-    return loadmat(path, variable_names=[name], appendmat=False)[name][index]
+    return loadmat(path, variable_names=[name], appendmat=False)[name]
 
 
 def _fields(name: str, value: Any) -> Iterator[Stored]:

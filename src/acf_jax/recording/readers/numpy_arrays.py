@@ -4,7 +4,7 @@ import struct
 import tokenize
 import zipfile
 import zlib
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from acf_jax.errors import InputError
 from acf_jax.recording.mapping import Mapping
-from acf_jax.recording.readers._arrays import Index, Stored, array_table
+from acf_jax.recording.readers._arrays import Index, Stored, array_table, part_of
 from acf_jax.recording.readers._bounds import check_unpacked
 from acf_jax.recording.readers._guard import border
 from acf_jax.recording.readers._table import Table
@@ -44,6 +44,7 @@ def open_recording(path: Path, stated: Mapping) -> Table:
 
 def _in_npz(path: Path) -> list[Stored]:
     """The arrays of a zip file by their headers."""
+    load = lru_cache(maxsize=1)(partial(_array, path))  # of a matrix one column after the other is asked for
     found = []
     with zipfile.ZipFile(path) as file:
         for member in file.infolist():
@@ -54,15 +55,15 @@ def _in_npz(path: Path) -> list[Stored]:
                 version = npy.read_magic(opened)
                 header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
                 shape, _, dtype = header(opened)
-            found.append(Stored(name, shape, str(dtype), partial(_load, path, name)))
+            found.append(Stored(name, shape, str(dtype), part_of(load, name)))
     return found
 
 
-def _load(path: Path, name: str, index: Index) -> NDArray[np.generic]:
+def _array(path: Path, name: str) -> NDArray[np.generic]:
     # NumPy leaves a damaged file open that it has opened itself
     with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
         check_unpacked(path, file.zip.getinfo(f"{name}.npy").file_size)
-        return file[name][index]
+        return file[name]
 
 
 def _in_npy(path: Path) -> list[Stored]:
