@@ -9,6 +9,7 @@ import pytest
 from needs import need_module
 
 from acf_jax.errors import InputError
+from acf_jax.recording import read_session
 from acf_jax.recording.choose import choose
 from acf_jax.recording.mapping import Mapping, Source
 from acf_jax.recording.readers import Recording, open_recording
@@ -114,6 +115,8 @@ def test_matlab_73(tmp_path):
     recording = open_recording(tmp_path / "log.mat")
     assert names(recording) == ["run/force", "t"]
     check(read(recording, "run/force"))
+    with pytest.raises(InputError, match="a table, timetable or object, which only MATLAB reads"):
+        choose(tmp_path / "log.mat", recording, Mapping(force="TT"))
 
 
 def test_hdf5(tmp_path):
@@ -374,5 +377,5 @@ def test_a_missing_extra_is_named(name, module, extra, tmp_path, monkeypatch):
 def test_files_that_are_none(name, content, tmp_path):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError) as caught:
-        read(open_recording(tmp_path / name))
+        read_session(tmp_path / name, Mapping())
     assert all(";" in fault for fault in caught.value.faults)

@@ -103,7 +103,7 @@ class Mapping(Part):
     contacts: Contacts = Contacts()
 
     @model_validator(mode="after")
-    def _has_one_speed(self) -> Self:
+    def _has_one_speed_and_time(self) -> Self:
         if self.velocity is not None and self.position is not None:
             raise ValueError("velocity and position are both given; keep one")
         if self.time is not None and self.sample_rate_hz is not None:

@@ -70,8 +70,9 @@ class Table:
         notes: Sequence[str] = (),
         fault: str | None = None,
     ):
-        if len(columns) > _MOST:
-            raise InputError(f"{path}: holds {len(columns):,} columns; keep those that are needed")
+        if not 0 < len(columns) <= _MOST:
+            remedy = "keep those that are needed" if columns else "write times and signals into it"
+            raise InputError(f"{path}: holds {len(columns):,} columns; {remedy}")
         self.path, self.columns, self.chunks, self.stated = path, list(columns), chunks, stated
         self.names = [column.name for column in columns]
         self.units, self.steps, self.notes, self.fault = units or {}, steps or {}, notes, fault

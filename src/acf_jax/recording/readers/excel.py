@@ -76,10 +76,8 @@ def open_recording(path: Path, stated: Mapping) -> Table:
         with _workbook(path) as book, closing(_rows(book[sheet.title], sheet.first)) as opened:
             rows = within(opened, path, _FAULTS, _REMEDY)
             while block := list(islice(rows, ROWS)):
-                if all(
-                    cell is None for row in block for cell in row
-                ):  # a sheet may have a million empty rows
-                    return
+                if all(cell is None for row in block for cell in row):
+                    return  # a sheet may have a million empty rows
                 columns = [[row[place] if place < len(row) else None for row in block] for _, place in own]
                 where = f"{path} column"
                 yield {n: _values(c, f"{where} {shown(n)}") for n, c in zip(wanted, columns, strict=True)}

@@ -30,35 +30,40 @@ def recognises(path: Path) -> bool:
 
 def open_recording(path: Path, stated: Mapping) -> Table:
     """The datasets of numbers, and the fields of those with named fields."""
-    return open_file(path, stated, "hdf5", f"{path}: reading HDF5", REMEDY)
+    h5py: Any = need("h5py", "hdf5", f"{path}: reading HDF5")
+    return datasets(h5py, path, stated, REMEDY)
 
 
-def open_file(path: Path, stated: Mapping, extra: str, what: str, remedy: str) -> Table:
-    """The table of an HDF5 file; `extra` is the one that brings h5py for `what`."""
-    h5py: Any = need("h5py", extra, what)
+def datasets(h5py: Any, path: Path, stated: Mapping, remedy: str, opaque: str = "") -> Table:
+    """The table of an HDF5 file; `opaque` is said of what only MATLAB reads."""
     found: list[Stored] = []
     units: dict[str, str] = {}
+    objects: list[str] = []
 
     def visit(name: str, node: Any) -> None:
-        if not isinstance(node, h5py.Dataset) or not _holds_numbers(name, node):
+        if not isinstance(node, h5py.Dataset):
             return
-        if isinstance(unit := node.attrs.get("units", node.attrs.get("unit")), str | bytes):
-            units[name] = unit.decode(errors="replace") if isinstance(unit, bytes) else unit
-        for field in node.dtype.names or (None,):
-            whole = name if field is None else f"{name}/{field}"
-            kind = node.dtype if field is None else node.dtype[field]
-            found.append(Stored(whole, node.shape, str(kind), partial(_load, path, name, field)))
+        if "MATLAB_object_decode" in node.attrs:
+            objects.append(name)
+        elif _holds_numbers(name, node):
+            if isinstance(unit := node.attrs.get("units", node.attrs.get("unit")), str | bytes):
+                units[name] = unit.decode(errors="replace") if isinstance(unit, bytes) else unit
+            for field in node.dtype.names or (None,):
+                whole = name if field is None else f"{name}/{field}"
+                kind = node.dtype if field is None else node.dtype[field]
+                found.append(Stored(whole, node.shape, str(kind), partial(_load, path, name, field)))
 
     with border(path, FAULTS, remedy), h5py.File(path, "r") as file:
         file.visititems(visit)
+    fault = f"{path}: {opaque}" if objects and opaque else None
     if not found:
-        raise InputError(f"{path}: holds no datasets of numbers; write times and signals as vectors")
-    return array_table(path, found, stated, FAULTS, remedy, units=units)
+        raise InputError(fault or f"{path}: holds no datasets of numbers; write times and signals as vectors")
+    return array_table(path, found, stated, FAULTS, remedy, units=units, fault=fault)
 
 
 def _holds_numbers(name: str, node: Any) -> bool:
     """Whether a dataset is one of numbers or of named fields, and none that MATLAB keeps for itself."""
-    hidden = name.startswith("#") or "MATLAB_object_decode" in node.attrs or "MATLAB_empty" in node.attrs
+    hidden = name.startswith("#") or "MATLAB_empty" in node.attrs
     text = node.attrs.get("MATLAB_class", b"double") in (b"char", b"cell", b"function_handle")
     return not hidden and not text and node.shape is not None and node.dtype.kind in "fiubV"
 

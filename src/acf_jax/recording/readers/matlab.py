@@ -14,7 +14,7 @@ from acf_jax.recording.mapping import Mapping
 from acf_jax.recording.readers import hdf5
 from acf_jax.recording.readers._arrays import Stored, array_table, part_of
 from acf_jax.recording.readers._bounds import check_unpacked
-from acf_jax.recording.readers._guard import Faults, border
+from acf_jax.recording.readers._guard import Faults, border, need
 from acf_jax.recording.readers._table import Table
 
 KIND = "a MATLAB file (.mat)"
@@ -40,7 +40,8 @@ def open_recording(path: Path, stated: Mapping) -> Table:
     with border(path, (OSError,), _REMEDY), path.open("rb") as file:
         head = file.read(520)
     if _SIGNATURE in (head[:8], head[512:]):
-        return hdf5.open_file(path, stated, "mat", f"{path}: reading a MATLAB file of version 7.3", _REMEDY)
+        h5py = need("h5py", "mat", f"{path}: reading a MATLAB file of version 7.3")
+        return hdf5.datasets(h5py, path, stated, _REMEDY, _OPAQUE)
     from scipy.io.matlab import MatReadError
 
     faults = (*_UNCHECKED, MatReadError)
