@@ -214,7 +214,21 @@ def recording(name: str, folder: Path) -> Session:
 
 def recordings() -> Iterator[Reader]:
     """A recording of each kind; `metadata.yaml` is that of a folder with a bag."""
-    for kind in ("mcap", "db3", "bag", "csv", "npz", "npy", "parquet"):
+    for kind in (
+        "mcap",
+        "db3",
+        "bag",
+        "csv",
+        "csv.gz",
+        "lvm",
+        "npz",
+        "npy",
+        "parquet",
+        "mat",
+        "h5",
+        "tdms",
+        "xlsx",
+    ):
         read = functools.partial(recording, f"log.{kind}")
         yield Reader(f"recording, {kind}", functools.partial(small, kind), (f"log.{kind}",), read)
     files = functools.partial(small, "mcap")

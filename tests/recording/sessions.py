@@ -1,5 +1,6 @@
 """Made-up recordings of known impacts, and the same as bags and tables."""
 
+import gzip
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -7,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from scipy.io import savemat
 
 from acf_jax.recording.series import Series
 from tests.dataset.impacts import contact_force
@@ -257,11 +259,60 @@ def small(kind: str) -> dict[str, bytes]:
             np.savez(path, **table)
         elif kind == "npy":
             np.save(path, structured(table))
+        elif kind == "csv.gz":
+            path.write_bytes(gzip.compress(write_csv(path, session).read_bytes(), mtime=0))
+        elif kind == "lvm":
+            write_lvm(path, table)
+        elif kind == "mat":
+            savemat(path, table)
+        elif kind == "h5":
+            with need_module("h5py", "pip install 'acf-jax[hdf5]'").File(path, "w") as file:
+                for name, values in table.items():
+                    file.create_dataset(name, data=values, chunks=(64,), compression="gzip")
+        elif kind == "tdms":
+            write_tdms(path, table)
+        elif kind == "xlsx":
+            write_xlsx(path, table)
         else:
             arrow = need_module("pyarrow", "pip install 'acf-jax[parquet]'")
             need_module("pyarrow.parquet").write_table(arrow.table(table), path)
         files = path.iterdir() if path.is_dir() else [path]
         return {file.name: file.read_bytes() for file in files}
+
+
+def write_lvm(path: Path, table: dict[str, np.ndarray]) -> None:
+    """Columns as LabVIEW writes them, the first as X_Value."""
+    names = ["X_Value", *list(table)[1:], "Comment"]
+    ends = "***End_of_Header***\t"
+    head = [
+        "LabVIEW Measurement\t",
+        "Separator\tTab",
+        "X_Columns\tOne",
+        ends,
+        "",
+        f"Channels\t{len(table) - 1}",
+        ends,
+    ]
+    lines = [
+        "\t".join(map(repr, row)) for row in zip(*(column.tolist() for column in table.values()), strict=True)
+    ]
+    path.write_text("\n".join([*head, "\t".join(names), *lines]) + "\n")
+
+
+def write_tdms(path: Path, table: dict[str, np.ndarray]) -> None:
+    """Columns as channels of one group."""
+    nptdms = need_module("nptdms", "pip install 'acf-jax[tdms]'")
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment([nptdms.ChannelObject("log", name, values) for name, values in table.items()])
+
+
+def write_xlsx(path: Path, table: dict[str, np.ndarray]) -> None:
+    """Columns of one sheet."""
+    book = need_module("openpyxl", "pip install 'acf-jax[excel]'").Workbook()
+    book.active.append(list(table))
+    for row in zip(*(column.tolist() for column in table.values()), strict=True):
+        book.active.append(row)
+    book.save(path)
 
 
 def structured(table: dict[str, np.ndarray]) -> np.ndarray:

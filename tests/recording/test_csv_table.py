@@ -6,19 +6,20 @@ import numpy as np
 import pytest
 
 from acf_jax.errors import InputError
-from acf_jax.recording.readers import csv_table
+from acf_jax.recording.mapping import Mapping
+from acf_jax.recording.readers import _text, csv_table
 
 VALUES = np.random.default_rng(3).normal(size=(20, 3)) * [1.0, 1e-300, 1e17]
 
 
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(csv_table, "ROWS", 4)
+    monkeypatch.setattr(_text, "BLOCK", 250)
 
 
 def read(path: Path, lines: list[str], separator: str = ",") -> np.ndarray:
     path.write_text("\n".join(["# a rig", separator.join(("time", "force", "other")), *lines]) + "\n")
-    chunks = list(csv_table.open_recording(path, None, None).chunks(["time", "other"], lambda *_: None))
+    chunks = list(csv_table.open_recording(path, Mapping()).chunks(["time", "other"], lambda *_: None))
     return np.concatenate([np.column_stack([c["time"], c["other"]]) for c in chunks])
 
 

@@ -16,10 +16,10 @@ from sessions import FEW, made, write_bag
 
 from acf_jax.errors import InputError
 from acf_jax.recording import Mapping, read_session
-from acf_jax.recording.readers import _bounds, open_recording
+from acf_jax.recording.readers import _bag_bounds, open_recording
 
 SHORT = made(1, FEW[:1], rate=500.0)
-MANY = _bounds.MAX_BYTES + 1
+MANY = _bag_bounds.MAX_BYTES + 1
 
 
 def refused(path: Path) -> str:
@@ -79,7 +79,7 @@ def test_metadata_that_would_take_for_ever(tmp_path):
     bombs = "\n".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 30))
     (bag / "metadata.yaml").write_text(f"a0: &a0 [x]\n{bombs}\n{sound}")
     assert "aliases (*name) are not known" in refused(bag)
-    (bag / "metadata.yaml").write_text(sound + "# " + "x" * _bounds.METADATA_BYTES)
+    (bag / "metadata.yaml").write_text(sound + "# " + "x" * _bag_bounds.METADATA_BYTES)
     assert "metadata.yaml: is larger than 2 MB" in refused(bag)
     (bag / "metadata.yaml").write_text(sound.replace("- log.mcap", "- log.mcap\n  - log_1.mcap"))
     assert "log_1.mcap" in (said := refused(bag)) and "missing" in said and "`ros2 bag reindex`" in said
@@ -102,7 +102,7 @@ def mcap_of(compression: str, packed: bytes, size: int) -> bytes:
 
 def packed_by(name: str) -> Callable[[bytes], bytes]:
     need_module("rosbags")
-    modules = {"zstd": _bounds.zstd(), "lz4": import_module("lz4.frame"), "bz2": bz2}
+    modules = {"zstd": _bag_bounds.zstd(), "lz4": import_module("lz4.frame"), "bz2": bz2}
     return modules[name].compress
 
 
@@ -125,7 +125,7 @@ def test_chunks_are_bounded_before_they_are_unpacked(name, tmp_path):
 def test_chunks_of_ros1_bags_are_bounded(name, tmp_path, monkeypatch):
     bag = write_bag(tmp_path / "log.bag", SHORT, "ros1", packed=name)
     assert np.array_equal(read_session(bag, Mapping()).force.value, SHORT.force)
-    monkeypatch.setattr(_bounds, "MAX_BYTES", 1000)
+    monkeypatch.setattr(_bag_bounds, "MAX_BYTES", 1000)
     assert "has a part that unpacks to more than" in refused(bag)
 
 
@@ -134,14 +134,14 @@ def test_chunks_of_ros1_bags_are_bounded(name, tmp_path, monkeypatch):
 def test_packed_bags_are_read_and_bounded(mode, kind, tmp_path, monkeypatch):
     bag = write_bag(tmp_path / "log", SHORT, kind, packed=mode)
     assert np.array_equal(read_session(bag, Mapping()).force.value, SHORT.force)
-    monkeypatch.setattr(_bounds, "MAX_BYTES", 50)
-    monkeypatch.setattr(_bounds, "SWELL", 1)
+    monkeypatch.setattr(_bag_bounds, "MAX_BYTES", 50)
+    monkeypatch.setattr(_bag_bounds, "SWELL", 1)
     assert "that unpacks to more than" in refused(bag)
 
 
 def test_many_chunks_of_one_time_are_bounded(tmp_path, monkeypatch):
     bag = write_bag(tmp_path / "log", SHORT, "mcap")
-    monkeypatch.setattr(_bounds, "AT_ONCE", 10_000)
+    monkeypatch.setattr(_bag_bounds, "AT_ONCE", 10_000)
     assert "has chunks of one time that unpack to" in refused(bag)
 
 

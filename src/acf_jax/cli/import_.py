@@ -36,7 +36,8 @@ SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 @click.option("--velocity", metavar="SIGNAL", help="m/s, of the robot towards the part; or a number.")
 @click.option("--position", metavar="SIGNAL", help="m, in place of the velocity: its derivative counts.")
 @click.option("--pretension", metavar="SIGNAL", help="N; or a number.")
-@click.option("--time", metavar="COLUMN", help="Of the times, in a table.")
+@click.option("--time", metavar="COLUMN", help="Of the times, in a table; or A+B, their sum.")
+@click.option("--rate", "sample_rate_hz", metavar="HZ", help="Sampling rate of a table without times.")
 @click.option(
     "--review", type=click.Path(path_type=Path), help="YAML file of the cuts: written, then honoured."
 )
@@ -52,7 +53,7 @@ def command(
     as_json: bool,
     **signals: str | None,
 ) -> None:
-    """Cut a gap data set from RECORDING: a ROS bag, a CSV or Parquet table, or NumPy arrays.
+    """Cut a gap data set from RECORDING: a ROS bag, or a table or arrays of any kind that docs/import.md lists.
 
     Finds the contacts, measures their velocity, and writes OUT/dataset.yaml, OUT/trials.csv, OUT/traces and a page of
     every cut, OUT/import.html. docs/import.md leads from a recording to a report.
@@ -62,7 +63,7 @@ def command(
     from acf_jax.recording.readers import open_recording
 
     if listed:
-        with closing(open_recording(recording, signals["time"])) as opened:
+        with closing(open_recording(recording)) as opened:
             channels = opened.channels()
         shown = [{"name": c.name, "type": c.type, "count": c.count} for c in channels]
         if as_json:

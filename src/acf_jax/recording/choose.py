@@ -55,6 +55,7 @@ def choose(path: Path, recording: Recording, mapping: Mapping) -> Chosen:
     )
     pretension = pick("pretension", mapping.pretension, "name it by --pretension, or give it there in N")
     if faults:
+        faults += recording.obstacles()
         raise InputError([*faults, f"{path}: offers {_in_a_line(recording.channels())}; `--list` shows all"])
     assert isinstance(force, Source) and speed is not None and pretension is not None
     notes = [f"taken, each the only candidate: {', '.join(alone)}"] if alone else []

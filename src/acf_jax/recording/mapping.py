@@ -11,6 +11,7 @@ from acf_jax.files import read_yaml_mapping
 from acf_jax.forms import Part, problems
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_OPTIONS = {"sample_rate_hz": "rate"}  # keys whose option is called otherwise
 _TEXT = re.compile(rf"(?:(?P<scale>{_NUMBER})\*)?(?P<name>.+)", re.DOTALL)
 
 
@@ -94,14 +95,19 @@ class Mapping(Part):
     velocity: SignalOrNumber | None = Field(default=None, description="m/s, robot towards the part")
     position: Signal | None = Field(default=None, description="m, differentiated in place of a velocity")
     pretension: SignalOrNumber | None = Field(default=None, description="N")
-    time: str | None = Field(default=None, description="column of the times, in a table")
+    time: str | None = Field(default=None, description="column of the times, in a table; or A+B, their sum")
     time_scale: float | None = Field(default=None, gt=0, description="s per unit of that column")
+    sample_rate_hz: float | None = Field(
+        default=None, gt=0, lt=1e9, description="of the rows of a table that has no times"
+    )
     contacts: Contacts = Contacts()
 
     @model_validator(mode="after")
-    def _has_one_speed(self) -> Self:
+    def _has_one_speed_and_time(self) -> Self:
         if self.velocity is not None and self.position is not None:
             raise ValueError("velocity and position are both given; keep one")
+        if self.time is not None and self.sample_rate_hz is not None:
+            raise ValueError("time and sample_rate_hz are both given; keep one")
         return self
 
 
@@ -109,13 +115,17 @@ def read_mapping(path: Path | None, options: dict[str, Any]) -> Mapping:
     """The mapping of a file, options of the command line in place of its keys; `InputError` lists every fault."""
     given = {name: value for name, value in options.items() if value is not None}
     content = read_yaml_mapping(path) if path else {}
-    if "velocity" in given or "position" in given:
-        content = {key: value for key, value in content.items() if key not in ("velocity", "position")}
+    for either in (("velocity", "position"), ("time", "sample_rate_hz")):
+        if any(key in given for key in either):
+            content = {key: value for key, value in content.items() if key not in either}
     content |= given
     try:
         return Mapping.model_validate(content)
     except ValidationError as error:
         found = list(problems(Mapping, content, error))
     where = path or "options"
-    places = [f"--{key}" if key in given else f"{where}: {key}" if key else f"{where}" for key, _ in found]
+    places = [
+        f"--{_OPTIONS.get(key, key)}" if key in given else f"{where}: {key}" if key else f"{where}"
+        for key, _ in found
+    ]
     raise InputError([f"{place}: {problem}" for place, (_, problem) in zip(places, found, strict=True)])

@@ -37,7 +37,7 @@ def read_session(path: Path, mapping: Mapping, progress: Progress = lambda done,
 
     **Raises:** `InputError` when the recording cannot be read, or a signal has to be named.
     """
-    with closing(open_recording(path, mapping.time, mapping.time_scale)) as recording:
+    with closing(open_recording(path, mapping)) as recording:
         chosen = choose(path, recording, mapping)
         labels = {role: recording.described(source) for role, source in chosen.sources.items()}
         raw = recording.read(chosen.sources, progress)

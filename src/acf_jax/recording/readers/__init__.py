@@ -8,6 +8,7 @@ from typing import Protocol, cast
 
 from acf_jax.errors import InputError
 from acf_jax.files import check_ordinary
+from acf_jax.recording.mapping import Mapping as Stated
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.series import Channel, Progress, Series
 
@@ -20,6 +21,9 @@ class Recording(Protocol):
 
     def channels(self) -> list[Channel]:
         """What it offers, by name."""
+
+    def obstacles(self) -> list[str]:
+        """What has to be mended or named beside the signals, such as the time of a table."""
 
     def candidates(self, role: str) -> list[Source]:
         """What may be the 'force', the 'velocity' (or the position) or the 'pretension', most telling names only."""
@@ -42,8 +46,8 @@ class Reader(Protocol):
     def recognises(self, path: Path) -> bool:
         """Whether a file or folder is of this kind, by suffix and content."""
 
-    def open_recording(self, path: Path, time: str | None, time_scale: float | None) -> Recording:
-        """The recording; `InputError` when it cannot be opened. `time`: the column of the times, in a table."""
+    def open_recording(self, path: Path, stated: Stated) -> Recording:
+        """The recording; `InputError` when it cannot be opened. `stated`: what the user says of it."""
 
 
 def readers() -> list[Reader]:
@@ -52,8 +56,8 @@ def readers() -> list[Reader]:
     return [cast(Reader, importlib.import_module(f"{__name__}.{name}")) for name in names]
 
 
-def open_recording(path: Path, time: str | None = None, time_scale: float | None = None) -> Recording:
-    """The recording in a file or folder, by the reader that knows its kind.
+def open_recording(path: Path, stated: Stated | None = None) -> Recording:
+    """The recording in a file or folder, by the reader that knows its kind; `stated` is what the user says of it.
 
     **Raises:** `InputError` when there is none, or when none knows it.
     """
@@ -64,5 +68,5 @@ def open_recording(path: Path, time: str | None = None, time_scale: float | None
     known = readers()
     for reader in known:
         if reader.recognises(path):
-            return reader.open_recording(path, time, time_scale)
+            return reader.open_recording(path, stated or Stated())
     raise InputError(f"{path}: is no recording known here; name one of {', '.join(r.KIND for r in known)}")

@@ -1,46 +1,82 @@
-"""What tables of every kind share: columns by name, a column of times, rows without a value."""
+"""What tables of every kind share: signals by name, their times, rows without a value."""
 
-import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from acf_jax.errors import InputError, shown, suggestion
+from acf_jax.recording.mapping import Mapping as Stated
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers._guard import some
-from acf_jax.recording.series import Array, Channel, Growing, Nanoseconds, Progress, Series
+from acf_jax.recording.readers._times import Clock, Stamps, Step, find_clocks, nanoseconds, usual_scale
+from acf_jax.recording.readers._words import (
+    NUMBERED,
+    groups,
+    is_called,
+    is_time,
+    is_unit,
+    last_part,
+    speaks_of_time,
+    unit_of,
+)
+from acf_jax.recording.series import Array, Channel, Growing, Progress, Series
 
 Chunk = Mapping[str, NDArray[np.generic]]
 # The chunks of rows of some columns, in order.
 Chunks = Callable[[Sequence[str], Progress], Iterator[Chunk]]
+_MOST = 10_000  # columns
 
-ROLES = {
-    "force": r"force|fz|f_z|load",
-    "velocity": r"velocity|speed|position",
-    "pretension": r"pretension|preload",
-}
-TIMES = r"time|t|timestamp|stamp|clock"
-UNITS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_UNIT = re.compile(rf"[_ \[(/]({'|'.join(UNITS)})[\])]?")
+
+def unique(names: Sequence[str]) -> list[str]:
+    """A name for every column: its number where it has none, a number behind where several are called the same."""
+    filled = [name.strip() or f"column {i}" for i, name in enumerate(names, 1)]
+    total, seen = Counter(filled), Counter[str]()
+    result = []
+    for name in filled:
+        seen[name] += 1
+        result.append(f"{name} ({seen[name]})" if total[name] > 1 else name)
+    return result if len(set(result)) == len(result) else unique(result)
+
+
+class _Regular(NamedTuple):
+    """Rows at regular intervals, and their number where it is known."""
+
+    step: Step
+    rows: int | None
 
 
 class Table:
-    """A recording in columns; a row of which a value is missing is no sample of that signal."""
+    """A recording in columns; a row of which a value is missing is no sample of that signal.
+
+    **Arguments:** file; columns; their chunks of rows; what the user stated; `units` from a row of units, by column;
+    `steps` of columns that bring an interval; `notes` on how it was read; `fault`, told where a signal is missing.
+    """
 
     def __init__(
         self,
         path: Path,
         columns: Sequence[Channel],
         chunks: Chunks,
-        time: str | None,
-        time_scale: float | None,
+        stated: Stated,
+        *,
+        units: Mapping[str, str] | None = None,
+        steps: Mapping[str, Step] | None = None,
+        notes: Sequence[str] = (),
+        fault: str | None = None,
     ):
-        self.path, self.columns, self.chunks = path, list(columns), chunks
+        if not 0 < len(columns) <= _MOST:
+            remedy = "keep those that are needed" if columns else "write times and signals into it"
+            raise InputError(f"{path}: holds {len(columns):,} columns; {remedy}")
+        self.path, self.columns, self.chunks, self.stated = path, list(columns), chunks, stated
         self.names = [column.name for column in columns]
-        self.time = self._time_column() if time is None else time
-        self.time_scale = time_scale
+        self.units, self.steps, self.notes, self.fault = units or {}, steps or {}, notes, fault
+        self._scales: dict[str, float] = {}
 
     def close(self) -> None:
         """Nothing is held open."""
@@ -49,19 +85,29 @@ class Table:
         """Its columns."""
         return self.columns
 
+    def obstacles(self) -> list[str]:
+        """What has to be mended or named beside the signals."""
+        found = [self.fault] if self.fault else []
+        if self.stated.time is None and self.stated.sample_rate_hz is None and not self.steps:
+            try:
+                self._own_time(self.names[0])
+            except InputError as error:
+                found += error.faults
+        return found
+
     def candidates(self, role: str) -> list[Source]:
         """Columns that are called what the role is."""
-        words = re.compile(rf"(?<![a-z])({ROLES[role]})(?![a-z])")
-        taken = re.compile(rf"(?<![a-z])({ROLES['pretension']})(?![a-z])")
+        words = ("velocity", "position") if role == "velocity" else (role,)
         return [
             Source(name=name)
             for name in self.names
-            if words.search(name.lower()) and (role == "pretension" or not taken.search(name.lower()))
+            if any(is_called(name, word) for word in words)
+            and (role == "pretension" or not is_called(name, "pretension"))
         ]
 
     def is_position(self, source: Source) -> bool:
         """Whether a column is called a position."""
-        return re.search(r"(?<![a-z])position(?![a-z])", source.name.lower()) is not None
+        return is_called(source.name, "position")
 
     def described(self, source: Source) -> str:
         """The column."""
@@ -69,81 +115,154 @@ class Table:
 
     def read(self, sources: Mapping[str, Source], progress: Progress) -> dict[str, Series]:
         """The signals in one pass over the rows."""
-        faults = [fault for source in sources.values() for fault in self._missing(source)]
+        faults: list[str] = []
+        clocks: dict[str, Clock | _Regular] = {}
+        for key, source in sources.items():
+            faults += (missing := list(self._missing(source)))
+            if not missing:
+                try:
+                    clocks[key] = self._clock(source)
+                except InputError as error:
+                    faults += error.faults
         if faults:
-            raise InputError(faults)
+            raise InputError(list(dict.fromkeys(faults)))
         grown = {key: Growing() for key in sources}
-        # Signals of one time column are read together; those of another may have another number of rows.
-        for time in dict.fromkeys(source.time or self.time for source in sources.values()):
-            own = {key: source.name for key, source in sources.items() if (source.time or self.time) == time}
-            self._read(time, own, grown, progress)
-        return {key: samples.done() for key, samples in grown.items()}
+        # Signals of one clock are read together; those of another may have another number of rows.
+        for clock in dict.fromkeys(clocks.values()):
+            own = {key: source.name for key, source in sources.items() if clocks[key] == clock}
+            self._read(clock, own, grown, progress)
+        told = [note for clock in dict.fromkeys(clocks.values()) for note in self._told(clock)]
+        notes = (*self.notes, *told)
+        return {key: replace(samples.done(), notes=notes) for key, samples in grown.items()}
 
     def _read(
-        self, time: str, names: Mapping[str, str], grown: Mapping[str, Growing], progress: Progress
+        self,
+        clock: Clock | _Regular,
+        names: Mapping[str, str],
+        grown: Mapping[str, Growing],
+        progress: Progress,
     ) -> None:
         """Add the rows of the columns `names` to `grown`, by its keys."""
-        scale = self._scale(time)
-        for chunk in self.chunks(list(dict.fromkeys([time, *names.values()])), progress):
-            stamps, known = self._nanoseconds(chunk[time], scale, time)
+        columns = () if isinstance(clock, _Regular) else clock
+        row = 0
+        for chunk in self.chunks(list(dict.fromkeys([*columns, *names.values()])), progress):
+            if isinstance(clock, _Regular):
+                size = len(next(iter(chunk.values())))
+                stamps, known = clock.step.stamps(row, size), np.ones(size, bool)
+                row += size
+            else:
+                stamps, known = self._stamps(columns, chunk)
             for key, name in names.items():
                 value = self._numbers(chunk[name], name)
                 there = ~np.isnan(value)
                 if np.any(there & ~known):
-                    raise InputError(f"{self.path} column {shown(time)}: a time is missing; fill the column")
+                    where = self._where(columns)
+                    raise InputError(f"{where}: a time is missing; fill the column")
                 grown[key].time.frombytes(stamps[there].tobytes())
                 grown[key].value.frombytes(value[there].tobytes())
 
-    def _time_column(self) -> str:
-        """The column that is called a time."""
-        pattern = re.compile(rf"({TIMES})({_UNIT.pattern})?", re.IGNORECASE)
-        found = [name for name in self.names if pattern.fullmatch(name.strip())]
-        if len(found) == 1:
-            return found[0]
-        what = f"columns {some(found)} may all be the time" if found else "no column is called a time"
-        raise InputError(f"{self.path}: {what}; name it by --time, one of {some(self.names)}")
+    def _clock(self, source: Source) -> Clock | _Regular:
+        """The columns of a signal's times, or its sampling interval and number of rows."""
+        count = self.columns[self.names.index(source.name)].count
+        if text := source.time or self.stated.time:
+            return self._named(text)
+        if self.stated.sample_rate_hz is not None:
+            return _Regular(Step(0, 1.0 / self.stated.sample_rate_hz), count)
+        if source.name in self.steps:
+            return _Regular(self.steps[source.name], count)
+        return self._own_time(source.name)
+
+    def _named(self, text: str) -> Clock:
+        """The column `text`, or those whose sum it is, as in `secs+nsecs`."""
+        parts = tuple(part.strip() for part in text.split("+"))
+        return parts if text not in self.names and set(parts) <= set(self.names) else (text,)
 
     def _missing(self, source: Source) -> Iterator[str]:
         if source.field is not None:
-            yield f"{self.path} column {shown(source.name)}: a column has no fields; remove 'field'"
-        for name in dict.fromkeys((source.name, source.time or self.time)):
-            if name not in self.names:
+            yield f"{self._where([source.name])}: a column has no fields; remove 'field'"
+        text = source.time or self.stated.time
+        for name in dict.fromkeys((source.name, *(self._named(text) if text else ()))):
+            if name in self.names:
+                continue
+            if alike := [other for other in self.names if NUMBERED.sub("", other) == name]:
+                yield f"{self._where([name])}: is there {len(alike)} times; name one of {some(alike)}"
+            else:
                 hint = suggestion(name, self.names) or f"; it has {some(self.names)}"
                 yield f"{self.path}: has no column {shown(name)}{hint}"
 
-    def _scale(self, name: str) -> float:
-        """Seconds a unit of a time column: as stated, else by the unit that ends its name."""
-        if self.time_scale is not None:
-            return self.time_scale
-        unit = _UNIT.search(name.lower())
-        return UNITS[unit[1]] if unit and unit.end() == len(name) else 1.0
+    @cached_property
+    def _clocks(self) -> list[Clock]:
+        """What may be the time where nothing is stated."""
+        return find_clocks(self.names, self.units, self._first)
 
-    def _nanoseconds(
-        self, values: NDArray[np.generic], scale: float, name: str
-    ) -> tuple[Nanoseconds, NDArray[np.bool_]]:
-        """Times in ns, and where they are known."""
-        if values.dtype.kind == "M":
-            known = ~np.isnat(values)
-            return values.astype("datetime64[ns]").astype(np.int64), known
-        factor = round(1e9 * scale)
-        if values.dtype.kind in "iu" and factor >= 1 and abs(factor - 1e9 * scale) < 1e-6:
-            if values.size and int(np.abs(values).max()) > 2**62 // factor:
-                raise InputError(f"{self.path} column {shown(name)}: {self._unit_fault()}")
-            return values.astype(np.int64) * factor, np.ones(values.size, bool)
-        with np.errstate(over="ignore"):
-            time = self._numbers(values, name) * (1e9 * scale)
-        known = ~np.isnan(time)
-        if np.any(np.abs(time[known]) > 2.0**62):
-            raise InputError(f"{self.path} column {shown(name)}: {self._unit_fault()}")
-        return np.rint(np.where(known, time, 0.0)).astype(np.int64), known
-
-    def _unit_fault(self) -> str:
-        return (
-            "holds times beyond a century; state the seconds in its unit in the --mapping file"
-            " (time_scale: 1.0e-9 for ns)"
+    def _no_time(self, clocks: Sequence[Clock]) -> str:
+        """What is said where no column is clearly the time."""
+        found = [" + ".join(clock) for clock in clocks]
+        what = (
+            f"columns {some(found)} may all be the time"
+            if found
+            else "no column is called a time, and none alone increases"
         )
+        remedy = f"name it by --time, one of {some(self.names)}, or state the sampling rate by --rate"
+        return f"{self.path}: {what}; {remedy}"
+
+    def _own_time(self, name: str) -> Clock:
+        """The clock in the group of a signal, or else in one around it; of several of one name the next on its left."""
+        near: list[Clock] = []
+        for group in groups(name):
+            near = near or [clock for clock in self._clocks if groups(clock[0])[0] == group]
+        near = near or self._clocks
+        if len({NUMBERED.sub("", last_part(clock[0])) for clock in near}) != 1:
+            raise InputError(self._no_time(near))
+        left = [clock for clock in near if self.names.index(clock[0]) < self.names.index(name)]
+        return left[-1] if left else near[0]
+
+    def _told(self, clock: Clock | _Regular) -> Iterator[str]:
+        """What a user should know of a time that nothing stated."""
+        if isinstance(clock, _Regular):
+            return
+        if self.stated.time is None and not any(
+            is_time(n) or speaks_of_time(n) or n in self.units for n in clock
+        ):
+            yield f"{self._where(clock)}: is taken for the time, as the only column that increases"
+        for name in clock:
+            if self._scales.get(name, 1.0) < 1.0:
+                yield f"{self._where([name])}: times of that size are read in units of {self._scales[name]:g} s"
+
+    def _first(self, clock: Clock) -> Stamps | None:
+        """The times of the first chunk of rows; None where the columns hold none."""
+        try:
+            chunk = next(iter(self.chunks(list(clock), lambda done, total: None)), None)
+            return self._stamps(clock, chunk) if chunk is not None else None
+        except InputError:
+            return None
+
+    def _stamps(self, columns: Sequence[str], chunk: Chunk) -> Stamps:
+        """The sum of columns of times, ns, and where all of them are known."""
+        scales = [self._scale(name, chunk[name], len(columns) == 1) for name in columns]
+        parts = [
+            nanoseconds(chunk[name], scale, self._where([name]))
+            for name, scale in zip(columns, scales, strict=True)
+        ]
+        known = np.logical_and.reduce([known for _, known in parts])
+        return np.sum([time for time, _ in parts], axis=0, dtype=np.int64), known
+
+    def _scale(self, name: str, values: NDArray[np.generic], alone: bool) -> float:
+        """Seconds a unit of a time column: as stated, by its name or the row of units, else by its first value."""
+        if self.stated.time_scale is not None and alone:
+            return self.stated.time_scale
+        if (unit := unit_of(name) or is_unit(self.units.get(name, ""))) is not None:
+            return unit
+        if name not in self._scales:
+            if (usual := usual_scale(values)) is None:
+                return 1.0
+            self._scales[name] = usual
+        return self._scales[name]
+
+    def _where(self, names: Sequence[str]) -> str:
+        return f"{self.path} column {' + '.join(map(shown, names))}"
 
     def _numbers(self, values: NDArray[np.generic], name: str) -> Array:
         if values.dtype.kind not in "fiub" or values.ndim != 1:
-            raise InputError(f"{self.path} column {shown(name)}: holds no numbers; name another column")
+            raise InputError(f"{self._where([name])}: holds no numbers; name another column")
         return values.astype(np.float64)

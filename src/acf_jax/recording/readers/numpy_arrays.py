@@ -4,19 +4,22 @@ import struct
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
 
-from acf_jax.errors import InputError, shown
+from acf_jax.errors import InputError
+from acf_jax.recording.mapping import Mapping
+from acf_jax.recording.readers._arrays import Index, Stored, array_table, part_of
+from acf_jax.recording.readers._bounds import check_unpacked
 from acf_jax.recording.readers._guard import border
-from acf_jax.recording.readers._table import Chunk, Table
-from acf_jax.recording.series import Channel, Progress
+from acf_jax.recording.readers._table import Table
 
 KIND = "NumPy arrays with names (.npz, .npy)"
 SUFFIXES = (".npz", ".npy")
-ROWS = 1_000_000  # of a chunk
 
 # zipfile and NumPy use sizes and names in a damaged file before they check them.
 _UNCHECKED = (LookupError, ArithmeticError, TypeError, AttributeError, RuntimeError, MemoryError, SyntaxError)
@@ -30,50 +33,50 @@ def recognises(path: Path) -> bool:
     return path.is_file() and path.suffix.lower() in SUFFIXES
 
 
-def open_recording(path: Path, time: str | None, time_scale: float | None) -> Table:
-    """The arrays by name; those of one length are the rows of a table."""
-    if path.suffix.lower() == ".npz":
-        with (
-            border(path, _FAULTS, _REMEDY),
-            path.open("rb") as opened,
-            np.load(opened, allow_pickle=False) as file,
-        ):
-            columns = [Channel(name, "array") for name in file.files]
-        loader = _load_npz
-    else:
-        with border(path, _FAULTS, _REMEDY):
-            array = np.load(path, mmap_mode="r", allow_pickle=False)
-        if array.dtype.names is None:
-            remedy = "save named arrays by numpy.savez(FILE, time_s=..., force_n=...)"
-            raise InputError(f"{path}: is an array without names; {remedy}")
-        columns = [Channel(name, str(array.dtype[name]), array.size) for name in array.dtype.names]
-        loader = _load_npy
-    if not columns:
+def open_recording(path: Path, stated: Mapping) -> Table:
+    """The arrays by name."""
+    with border(path, _FAULTS, _REMEDY):
+        arrays = _in_npz(path) if path.suffix.lower() == ".npz" else _in_npy(path)
+    if not arrays:
         raise InputError(f"{path}: holds no arrays; {_REMEDY}")
-
-    def chunks(wanted: Sequence[str], progress: Progress) -> Iterator[Chunk]:
-        with border(path, _FAULTS, _REMEDY):
-            arrays = loader(path, wanted)
-        lengths = {name: array.shape for name, array in arrays.items()}
-        if len(set(lengths.values())) > 1 or any(len(shape) != 1 for shape in lengths.values()):
-            listed = ", ".join(f"{shown(name)} {shape}" for name, shape in lengths.items())
-            raise InputError(
-                f"{path}: the arrays {listed} must be of one dimension and length; cut them to it"
-            )
-        size = next(iter(lengths.values()))[0]
-        for first in range(0, max(size, 1), ROWS):
-            yield {name: array[first : first + ROWS] for name, array in arrays.items()}
-            progress(min(first + ROWS, size), size)
-
-    return Table(path, columns, chunks, time, time_scale)
+    return array_table(path, arrays, stated, _FAULTS, _REMEDY)
 
 
-def _load_npz(path: Path, wanted: Sequence[str]) -> dict[str, np.ndarray]:
+def _in_npz(path: Path) -> list[Stored]:
+    """The arrays of a zip file by their headers."""
+    load = lru_cache(maxsize=1)(partial(_array, path))  # of a matrix one column after the other is asked for
+    found = []
+    with zipfile.ZipFile(path) as file:
+        for member in file.infolist():
+            name = member.filename.removesuffix(".npy")
+            if name == member.filename:
+                continue
+            with file.open(member) as opened:
+                version = npy.read_magic(opened)
+                header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+                shape, _, dtype = header(opened)
+            found.append(Stored(name, shape, str(dtype), part_of(load, name)))
+    return found
+
+
+def _array(path: Path, name: str) -> NDArray[np.generic]:
     # NumPy leaves a damaged file open that it has opened itself
     with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
-        return {name: file[name] for name in wanted}
+        check_unpacked(path, file.zip.getinfo(f"{name}.npy").file_size)
+        return file[name]
 
 
-def _load_npy(path: Path, wanted: Sequence[str]) -> dict[str, np.ndarray]:
+def _in_npy(path: Path) -> list[Stored]:
+    """The fields of one array."""
     array = np.load(path, mmap_mode="r", allow_pickle=False)
-    return {name: array[name] for name in wanted}
+    if array.dtype.names is None:
+        remedy = "save named arrays by numpy.savez(FILE, time_s=..., force_n=...)"
+        raise InputError(f"{path}: is an array without names; {remedy}")
+
+    def load(name: str, index: Index) -> NDArray[np.generic]:
+        return np.load(path, mmap_mode="r", allow_pickle=False)[name][index]
+
+    return [
+        Stored(name, array[name].shape, str(array.dtype[name]), partial(load, name))
+        for name in array.dtype.names
+    ]

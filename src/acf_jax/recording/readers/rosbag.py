@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from acf_jax.errors import InputError, shown, suggestion
+from acf_jax.recording.mapping import Mapping as Stated
 from acf_jax.recording.mapping import Source
-from acf_jax.recording.readers import _bounds
+from acf_jax.recording.readers import _bag_bounds
 from acf_jax.recording.readers._fields import getter
 from acf_jax.recording.readers._guard import Faults, border, need, some, within
 from acf_jax.recording.readers._parts import CHILD, FRAME, JOINT, Wanted
@@ -57,10 +58,10 @@ def recognises(path: Path) -> bool:
     return path.is_file() and path.suffix.lower() in SUFFIXES
 
 
-def open_recording(path: Path, time: str | None, time_scale: float | None) -> "Bag":
-    """The bag; messages bring their own times, so a time column is a fault."""
-    if time is not None or time_scale is not None:
-        raise InputError(f"{path}: is a bag, whose messages bring their times; leave time and time_scale out")
+def open_recording(path: Path, stated: Stated) -> "Bag":
+    """The bag; messages bring their own times, so what is stated of those of a table is a fault."""
+    if named := [key for key in ("time", "time_scale", "sample_rate_hz") if getattr(stated, key) is not None]:
+        raise InputError(f"{path}: is a bag, whose messages bring their times; leave {', '.join(named)} out")
     return Bag(path)
 
 
@@ -79,7 +80,7 @@ class Bag:
         self.is_ros1 = self.path.suffix.lower() == ".bag"
         self.store = get_typestore(Stores.ROS1_NOETIC if self.is_ros1 else Stores.ROS2_HUMBLE)
         self.remedy = _REMEDY.get(self.path.suffix.lower(), _REINDEX)
-        _bounds.bound_rosbags()
+        _bag_bounds.bound_rosbags()
         with border(self.path, self.faults, self.remedy):
             _check_files(self.path)
             self.reader = (Reader1 if self.is_ros1 else Reader2)(self.path)
@@ -100,7 +101,7 @@ class Bag:
             return False
         storage: Any = self.reader.storage  # type: ignore[union-attr]
         for part in getattr(storage, "storages", [storage]):
-            _bounds.check_chunks(getattr(part, "chunks", ()))
+            _bag_bounds.check_chunks(getattr(part, "chunks", ()))
         packed = storage.metadata.compression_mode == "message"
         storage.metadata = storage.metadata._replace(compression_mode=None)
         return bool(packed)
@@ -112,6 +113,10 @@ class Bag:
     def channels(self) -> list[Channel]:
         """Its topics."""
         return [Channel(name, type_, self.counts.get(name)) for name, type_ in sorted(self.topics.items())]
+
+    def obstacles(self) -> list[str]:
+        """Nothing: messages bring their times."""
+        return []
 
     def candidates(self, role: str) -> list[Source]:
         """Topics whose type fits the role; a pretension also has to be called so."""
@@ -187,7 +192,7 @@ class Bag:
         """Topic, connection, the recorder's time (ns) and message, in the order of that time."""
         connections = [c for c in self.reader.connections if c.topic in topics]
         deserialize = self.store.deserialize_ros1 if self.is_ros1 else self.store.deserialize_cdr
-        unpack = _bounds.unpack_message if self.packed else bytes
+        unpack = _bag_bounds.unpack_message if self.packed else bytes
         raw = self.reader.messages(connections=connections)
         read = (
             (c.topic, int(c.id), int(time), deserialize(unpack(data), c.msgtype)) for c, time, data in raw
@@ -258,7 +263,7 @@ def _storage(path: Path) -> Path:
     """The folder, or its only file where the metadata are missing."""
     if not path.is_dir():
         return path
-    _bounds.check_folder(path)
+    _bag_bounds.check_folder(path)
     if (path / "metadata.yaml").exists():
         return path
     files = [file for file in sorted(path.iterdir()) if file.suffix in (".mcap", ".db3")]
@@ -271,7 +276,7 @@ def _check_files(path: Path) -> None:
     """Refuse a bag whose files cannot be opened with bounded memory."""
     for file in path.glob("*.db3") if path.is_dir() else [path]:
         if file.suffix.lower() == ".db3":
-            _bounds.check_database(file)
+            _bag_bounds.check_database(file)
     if path.suffix.lower() == ".bag":
         with path.open("rb") as opened:
             is_cut = not opened.readline(_LINE).endswith(b"\n")  # rosbags reads on until a line ends
@@ -299,7 +304,7 @@ def _faults() -> Faults:
     from rosbags.typesys import TypesysError
 
     own = (ReaderError1, ReaderError2, SerdeError, TypesysError, apsw.Error, sqlite3.Error)
-    packed = (_bounds.zstd().ZstdError, struct.error)
+    packed = (_bag_bounds.zstd().ZstdError, struct.error)
     # Sizes, offsets and names in a damaged file are used before they are checked.
     unchecked = (OSError, EOFError, AssertionError, LookupError, TypeError, ValueError, AttributeError)
     return (*own, *packed, *unchecked, ArithmeticError, RuntimeError, MemoryError)

@@ -1,0 +1,314 @@
+"""Text tables as programs write them: separator, header, units, time and encoding are found, every value is exact."""
+
+import gzip
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from acf_jax.cli.main import commands
+from acf_jax.errors import InputError
+from acf_jax.recording.choose import choose
+from acf_jax.recording.mapping import Mapping, Source
+from acf_jax.recording.readers import open_recording
+from acf_jax.recording.series import Series
+
+STEP = 250_000  # ns
+TIME = np.arange(40) * STEP  # ns
+FORCE = np.round(np.random.default_rng(0).normal(0.0, 5.0, TIME.size), 6)
+EPOCH = 1_700_000_000  # s
+
+
+def seconds(ns: np.ndarray = TIME) -> list[str]:
+    return [f"{t // 10**9}.{t % 10**9:09d}" for t in ns.tolist()]
+
+
+def rows(separator: str = ",", times: Iterable[object] | None = None, comma: bool = False) -> list[str]:
+    """Time, force and 0.1 m/s."""
+    cells = zip(times or seconds(), map(repr, FORCE.tolist()), strict=True)
+    lines = [separator.join((str(t), f, "0.1")) for t, f in cells]
+    return [line.replace(".", ",") for line in lines] if comma else lines
+
+
+def read(
+    path: Path, lines: Sequence[str], force: str = "force", encoding: str = "utf-8", **stated: object
+) -> Series:
+    path.write_bytes(("\n".join(lines) + "\n").encode(encoding))
+    recording = open_recording(path, Mapping.model_validate(stated))
+    return recording.read({"force": Source(name=force)}, lambda *_: None)["force"]
+
+
+def check(series: Series, begin: int = 0) -> None:
+    """The force bit for bit, the times to the nanosecond."""
+    assert np.array_equal(series.value, FORCE)
+    assert np.array_equal(series.time, TIME + begin)
+
+
+# the name of the time, and its unit in ns
+NAMES = {
+    "time": 10**9, "Time [ms]": 10**6, "Time (ms)": 10**6, "TIME_MS": 10**6, "timeMs": 10**6, "time [µs]": 1000,
+    "t": 10**9, "t/s": 10**9, "t (s)": 10**9, "T": 10**9, "t_us": 1000, "Time Elapsed (s)": 10**9, "__time": 10**9,
+    "Elapsed Time (sec)": 10**9, "relTime": 10**9, "TimeStamp": 10**9, "#time": 10**9, "date_time": 10**9,
+    "Zeit [s]": 10**9, "Zeit in ms": 10**6, "Zeitstempel": 10**9, "Messzeit (ms)": 10**6,
+    "Zeit  1 - Standardmessrate [s]": 10**9, "Temps": 10**9, "Horodatage (ms)": 10**6, "Tiempo": 10**9,
+    "Tempo [s]": 10**9, "tijd_ms": 10**6, "Čas": 10**9, "czas [ms]": 10**6, "Время, мс": 10**6, "时间(s)": 10**9,
+    "時間": 10**9, "시간 [ms]": 10**6, "X [s]": 10**9, "ms": 10**6, "seconds": 10**9, "X-Axis": 10**9,
+    "Rel. time [min]": 60 * 10**9,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_time_is_known_by_word_and_unit(name, tmp_path):
+    cells = [f"{t / NAMES[name]:.12f}" for t in TIME.tolist()]
+    lines = [f"{name};force;velocity", *rows(";", cells)]
+    check(read(tmp_path / "log.csv", lines))
+
+
+@pytest.mark.parametrize(
+    ("header", "says"),
+    [
+        ("Wert,force,velocity", "'Wert': is taken for the time, as the only column that increases"),
+        ("time zone,force,velocity", ""),  # it speaks of time, and increases
+        ("T [°C],force,velocity", "is taken for the time"),  # by its values, not as t
+    ],
+)
+def test_a_time_of_another_name_is_the_one_that_increases(header, says, tmp_path):
+    series = read(tmp_path / "log.csv", [header, *rows()])
+    check(series)
+    assert says in " ".join(series.notes) and (says or not series.notes)
+
+
+def test_times_of_two_names_are_told_apart_by_their_values(tmp_path):
+    """A temperature T, a dead time and a counter do not increase by time."""
+    lines = [f"{i},21.0,0.004,{row}" for i, row in enumerate(rows())]
+    check(read(tmp_path / "log.csv", ["sample,T,dead time,time,force,velocity", *lines]))
+    lines = [f"{row},{time}" for row, time in zip(rows(), seconds(), strict=True)]
+    with pytest.raises(InputError, match="columns 'time', 'clock' may all be the time; name it by --time"):
+        read(tmp_path / "log.csv", ["time,force,velocity,clock", *lines])
+    with pytest.raises(
+        InputError, match="columns 'time', 'clock' may all be the time"
+    ):  # beside other faults
+        choose(tmp_path / "log.csv", open_recording(tmp_path / "log.csv"), Mapping())
+    counts = [f"{i},{3 * i + 10**10},{row}" for i, row in enumerate(rows())]
+    assert (
+        read(tmp_path / "log.csv", ["n,ticks,time,force,velocity", *counts]).notes == ()
+    )  # nothing of the ticks
+    check(read(tmp_path / "log.csv", ["time,force,velocity,clock", *lines], time="clock"))
+
+
+@pytest.mark.parametrize("unit", [1, 1000, 10**6])
+def test_times_since_1970_tell_their_unit_by_their_size(unit, tmp_path):
+    """`rostopic echo -p` writes ns: whole numbers that a float does not hold stay exact, in lines with words, too."""
+    begin = EPOCH * 10**9
+    cells = [Decimal(begin + t) / unit for t in TIME.tolist()]
+    lines = ["%time,force,velocity", *rows(times=cells)]
+    series = read(tmp_path / "log.csv", lines)
+    check(series, begin)
+    assert f"times of that size are read in units of {unit * 1e-9:g} s" in series.notes[0]
+    worded = ["%time,force,velocity,frame", *(f"{row},ft" for row in rows(times=cells))]
+    check(read(tmp_path / "log.csv", worded), begin)
+    quoted = [*lines[:-1], lines[-1].replace(",0.1", ',"0.1"')]
+    check(read(tmp_path / "log.csv", quoted), begin)
+
+
+def test_dates_in_utc(tmp_path):
+    """With decimal points or commas, with or without a mark of UTC; a row may lack it where it lacks the signal."""
+    dates = [f"{stamp}" for stamp in np.datetime64("2026-03-01T10:00:00", "ns") + TIME]
+    begin = int(np.datetime64("2026-03-01T10:00:00", "ns").astype(int))
+    for form in ("{}", "{}Z", "{}+00:00"):
+        for change in (("T", " "), (".", ",")):
+            lines = rows(";", [form.format(date).replace(*change) for date in dates])
+            check(read(tmp_path / "log.csv", ["Zeitstempel;force;v", ";;0.1", *lines]), begin)
+
+
+def stamped(head: str, row: str) -> list[str]:
+    """Rows by a template: ns since the epoch, their seconds and the rest, a number and the force."""
+    values = zip(TIME.tolist(), FORCE.tolist(), strict=True)
+    late = 999 * 10**6  # so that seconds change on the way
+    cells = [(i, EPOCH * 10**9 + late + t, f) for i, (t, f) in enumerate(values)]
+    return [head, *(row.format(i=i, ns=ns, s=ns // 10**9, rest=ns % 10**9, f=repr(f)) for i, ns, f in cells)]
+
+
+STAMPED = {
+    "rostopic": (
+        "%time,field.header.seq,field.header.stamp,field.wrench.force.z",
+        "{s}000000000,{i},{ns},{f}",
+    ),
+    "stamp never set": ("%time,field.header.seq,field.header.stamp,field.wrench.force.z", "{ns},{i},0,{f}"),
+    "secs and nsecs": ("field.header.stamp.secs,field.header.stamp.nsecs,force", "{s},{rest},{f}"),
+    "sec and nanosec": ("/ft/header/stamp/sec,/ft/header/stamp/nanosec,/ft/wrench/force/z", "{s},{rest},{f}"),
+    "rosbagTimestamp": ("rosbagTimestamp,header,stamp,secs,nsecs,frame_id,force,z", "{ns},,,0,0,ft,{f},0"),
+    "bag to csv": ("rosbagTimestamp,header,stamp,secs,nsecs,frame_id,force,z", "{i},,,{s},{rest},ft,{f},0"),
+}
+
+
+@pytest.mark.parametrize("name", STAMPED)
+def test_stamps_of_ros(name, tmp_path):
+    """The stamp of the only message is its time unless it was never set; of several messages that of the log is."""
+    head, row = STAMPED[name]
+    force = next(name for name in head.split(",") if name.endswith(("force", "force.z", "force/z")))
+    check(read(tmp_path / "log.csv", stamped(head, row), force), EPOCH * 10**9 + 999 * 10**6)
+
+
+def test_the_time_of_several_topics_is_that_of_the_log(tmp_path):
+    """As PlotJuggler writes them: every row is of one topic, and only `__time` stands in all of them."""
+    head = "__time,/ft/header/stamp,/ft/force/z,/arm/header/stamp,/arm/v"
+    lines = [f"{t},{t},{f!r},," for t, f in zip(seconds(), FORCE.tolist(), strict=True)]
+    check(read(tmp_path / "log.csv", [head, *lines[:5], "0.0011,,,7.0,0.1", *lines[5:]], "/ft/force/z"))
+
+
+def test_a_time_may_be_the_sum_of_columns(tmp_path):
+    lines = stamped("a_sec,b_nsec,force", "{s},{rest},{f}")
+    series = read(tmp_path / "log.csv", lines, time="a_sec + b_nsec")
+    check(series, EPOCH * 10**9 + 999 * 10**6)
+
+
+def test_a_time_before_each_signal(tmp_path):
+    """As programs write signals of several rates: each has the time on its left."""
+    lines = [
+        f"{t};{f!r};{t + 1};0.1" for t, f in zip(seconds(), FORCE.tolist(), strict=True) for t in [float(t)]
+    ]
+    path = tmp_path / "log.csv"
+    check(read(path, ["Time;force;Time;velocity", *lines]))
+    both = open_recording(path).read({"v": Source(name="velocity")}, lambda *_: None)
+    assert np.array_equal(both["v"].time - 10**9, TIME)
+
+
+HEADERS = {
+    "blanks": [" time  force   velocity", *rows("  ")],
+    "blanks and decimal commas": ["time force velocity", *rows(" ", comma=True)],
+    "columns of a width": [
+        "     Time [s]   force     Speed [m/s]",
+        *(f"{t:>13}{f:>16}{0.1:>8}" for t, f in zip(seconds(), FORCE, strict=True)),
+    ],
+    "semicolons, a name with commas": ["time;force, z, raw, N;velocity", *rows(";")],
+    "commas, a quoted name with one": ['time,"force, z",velocity', *rows()],
+    "tabs and decimal commas": ["time\tforce\tvelocity", *rows("\t", comma=True)],
+    "decimal commas in quotes": [
+        '"time","force","velocity"', *('"' + row.replace(";", '","') + '"' for row in rows(";", comma=True)),
+    ],
+    "bars": ["time|force|velocity", *rows("|")],
+    "lines before": ["Device\tamplifier 1", "Rate\t4000", "", "time\tforce\tvelocity", *rows("\t")],
+    "many lines before": [*(f"Key {i}: {i}" for i in range(120)), "time,force,velocity", *rows()],
+    "DynoWare": [
+        "File Name: \ttest.dwd", "Sampling rate [Hz]: \t4000", "Measuring time [s]: \t5", "Cycle No: \t1",
+        "Time\tforce\tv", "s\tN\tm/s", *rows("\t"),
+    ],
+    "lines before, of as many cells": ["Device;amplifier;1a", "time;force;v", "s;N;m/s", *rows(";")],
+    "numpy.savetxt": ["# time,force,velocity", *rows()],
+    "numpy.savetxt, words apart by blanks": ["# time force velocity", *rows()],
+    "a comment before": ["# a, b, c", "time,force,velocity", *rows()],
+    "a row of units": ["time,force,velocity", "s,N,m/s", *rows()],
+    "units in brackets": ["time;force;velocity", "[s];[N];[m/s]", *rows(";", comma=True)],
+    "units in ms": ["time,force,velocity", "ms,N,m/s", *rows(times=[t / 1e6 for t in TIME.tolist()])],
+    "channels and units": ["time;force;v", "clock;MX840 1;MX840 2", "s;N;m/s", *rows(";")],
+    "units and channels": ["time;force;v", "s;N;m/s", "clock;MX840 1;MX840 2", *rows(";")],
+    "separators that end lines": ["time,force,velocity,", *(f"{row}," for row in rows())],
+    "separators that end rows": ["time,force,velocity", *(f"{row}," for row in rows())],
+    "empty lines": ["", "time,force,velocity", "", *rows()[:9], "", *rows()[9:], "", ""],
+    "comments": ["time,force,velocity", *rows()[:9], "# paused, by, hand", *rows()[9:]],
+    "names that are numbers": ["time,1,2", *rows()],
+    "a name missing": [",force,velocity", *rows()],
+    "words in the rows": ["time,force,velocity,state", *(f"{row},RUN" for row in rows())],
+    "columns called the same": ["time,force,x,x", *(f"{row},1" for row in rows())],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HEADERS)
+def test_separator_and_header_agree_with_the_numbers(name, tmp_path):
+    lines = HEADERS[name]
+    force = {"semicolons, a name with commas": "force, z, raw, N", "commas, a quoted name with one": "force, z",
+             "names that are numbers": "1"}.get(name, "force")  # fmt: skip
+    series = read(tmp_path / "log.txt", lines, force)
+    check(series)
+    has_units = any(line.strip("[").startswith(("s,", "s;", "s]", "s\t", "ms,")) for line in lines)
+    assert ("is taken for a row of units: " in " ".join(series.notes)) == has_units
+
+
+def test_a_table_without_a_header_is_listed_by_number(tmp_path):
+    check(read(tmp_path / "log.csv", rows(), "column 2"))
+    with pytest.raises(
+        InputError, match="its first line must name the columns, which are 'column 1' to 'column 3'"
+    ):
+        choose(tmp_path / "log.csv", open_recording(tmp_path / "log.csv"), Mapping())
+
+
+def test_a_header_of_another_length_is_named(tmp_path):
+    with pytest.raises(
+        InputError, match="row 2: has 3 cells, not 4 as the header; quote what holds a separator"
+    ):
+        read(tmp_path / "log.csv", ["time,force, z,velocity", *rows()])
+
+
+def test_columns_called_the_same_are_told_apart(tmp_path):
+    lines = ["time,force,force", *rows()]
+    check(read(tmp_path / "log.csv", lines, "force (1)"))
+    with pytest.raises(InputError, match=r"is there 2 times; name one of 'force \(1\)', 'force \(2\)'"):
+        read(tmp_path / "log.csv", lines, "force")
+
+
+ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252")
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+@pytest.mark.parametrize("ends", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("packed", [False, True])
+def test_encodings_and_ends_of_lines(encoding, ends, packed, tmp_path):
+    lines = ["Zeit;Kraft [N];Reibung µ", *rows(";", comma=True)]
+    content = (ends.join(lines) + ends).encode(encoding)
+    path = tmp_path / ("log.csv.gz" if packed else "log.csv")
+    path.write_bytes(gzip.compress(content) if packed else content)
+    recording = open_recording(path)
+    assert [channel.name for channel in recording.channels()] == ["Zeit", "Kraft [N]", "Reibung µ"]
+    series = recording.read({"force": recording.candidates("force")[0]}, lambda *_: None)["force"]
+    check(series)
+    assert ("is not UTF-8; read as Windows-1252" in "".join(series.notes)) == (encoding == "cp1252")
+
+
+def test_a_rate_takes_the_place_of_times(tmp_path):
+    lines = ["Sample,Fz", *(f"{i},{f!r}" for i, f in enumerate(FORCE.tolist()))]
+    path = tmp_path / "log.csv"
+    check(read(path, lines, "Fz", sample_rate_hz=4000))
+    with pytest.raises(
+        InputError, match=r"none alone increases; name it by --time, .* or state the sampling rate by"
+    ):
+        read(path, lines, "Fz")
+    blank = [*lines[:5], "4,", *lines[6:]]  # a row without a value counts
+    assert np.array_equal(read(path, blank, "Fz", sample_rate_hz=4000).time, np.delete(TIME, 4))
+    alone = ["Fz", *map(repr, FORCE.tolist())]
+    check(read(path, alone, "Fz", sample_rate_hz=4000))
+    check(read(path, [line.replace(".", ",") for line in alone], "Fz", sample_rate_hz=4000))
+
+
+def run(*arguments: object) -> str:
+    done = CliRunner().invoke(commands, ["import", *map(str, arguments)])
+    return done.output if done.exit_code == 0 else str(done.exception)
+
+
+def test_a_list_needs_nothing_else(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["a,b,b", "1,2,3", "1,2,3"]))
+    assert run(path, "--list") == "  a      column\n  b (1)  column\n  b (2)  column\n"
+    said = run(path, "--out", tmp_path / "set")  # all faults together
+    for part in ("clearly the force", "clearly the velocity", "clearly the pretension", "is called a time"):
+        assert part in said
+    assert "--rate: must be greater than 0" in run(path, "--out", tmp_path / "set", "--rate", "-5")
+    assert "time and sample_rate_hz are both given" in run(
+        path, "--out", tmp_path / "set", "--rate", "4000", "--time", "a"
+    )
+
+
+def test_the_words_of_other_languages_name_signals(tmp_path):
+    path = tmp_path / "log.csv"
+    for head in (
+        "Zeit [s];Kraft [N];Geschwindigkeit [m/s];Vorspannung [N]",
+        "Temps (s);Force (N);Vitesse (m/s);Précharge (N)",
+        "Tiempo;Fuerza;Velocidad;Precarga",
+        "时间;力;速度;预紧力",
+    ):
+        path.write_text("\n".join([head, *(f"{row};40" for row in rows(";"))]))
+        chosen = choose(path, open_recording(path), Mapping())
+        assert [source.name for source in chosen.sources.values()] == head.split(";")[1:]
