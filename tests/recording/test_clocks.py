@@ -10,9 +10,10 @@ from sessions import FEW, Made, columns, made, write_bag
 from test_rough_recordings import RATE, check
 
 from acf_jax.errors import InputError
-from acf_jax.recording import Impacts, Mapping, find_impacts, read_session, session
+from acf_jax.recording import Impacts, Mapping, find_impacts, opened, read_session
+from acf_jax.recording.clock import settle
 from acf_jax.recording.sampling import sampling_fault
-from acf_jax.recording.series import Series, in_order, is_set_back
+from acf_jax.recording.series import Channel, Series, in_order, is_set_back
 from tests.dataset.impacts import RIG
 
 MAPPING = Mapping(force="f", velocity="v", pretension="p")
@@ -28,6 +29,9 @@ class Played:
         self.topics = topics
 
     def close(self) -> None: ...
+
+    def channels(self) -> list[Channel]:
+        return [Channel(name, "", series.time.size) for name, series in self.topics.items()]
 
     def is_position(self, source) -> bool:
         return False
@@ -57,7 +61,7 @@ def imported(
     pretension = topic(truth.beats, truth.pretension, received, received, delay)
     pretension = Series(pretension.received, pretension.value)
     bag = Played(f=change(force), v=change(speed), p=pretension)
-    monkeypatch.setattr(session, "open_recording", lambda *_: bag)
+    monkeypatch.setattr(opened, "open_recording", lambda *_: bag)
     return find_impacts(read_session(Path("bag"), MAPPING), MAPPING.contacts, RIG)
 
 
@@ -163,7 +167,7 @@ def test_a_value_that_is_sent_again_is_one_sample():
     """A robot's log at 125 Hz, repeated at 1 kHz with its old stamp."""
     held = np.repeat(np.arange(400), 8)
     series = Series(1 + held * 8_000_000, np.sin(held), np.arange(held.size) * 1_000_000)
-    found = session.settle(series, "v")
+    found = settle(series, "v")
     assert np.array_equal(found.time, 1 + np.arange(400) * 8_000_000) and found.received is not None
 
 

@@ -1,5 +1,6 @@
 """Contacts, velocities and cuts against recordings whose truth is known."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ from hypothesis import strategies as st
 from sessions import APART, Made, made
 
 from acf_jax.errors import InputError
-from acf_jax.recording import Session, find_impacts
+from acf_jax.recording import Refused, Session, find_impacts
 from acf_jax.recording.contacts import find_contacts
 from acf_jax.recording.cut import group, spread
 from acf_jax.recording.mapping import Contacts
+from acf_jax.recording.page import import_page
 from acf_jax.recording.series import Series
 from acf_jax.recording.velocity import Estimate, velocity_at
 
@@ -84,7 +86,7 @@ def test_spikes_and_chatter_are_no_contacts():
 
 
 def test_a_negative_force_is_named():
-    with pytest.raises(InputError, match=r"negative in contact .*scale: -1"):
+    with pytest.raises(InputError, match=r"negative in contact .*; put -1\* before its name"):
         find_contacts(series(made(), -1.0), Contacts(), "force")
 
 
@@ -214,8 +216,9 @@ SHAPES = {
     force=st.sampled_from([*SHAPES]),
     speed=st.sampled_from([*SHAPES]),
     is_position=st.booleans(),
+    is_apart=st.booleans(),
 )
-def test_any_signals_end_in_cuts_or_in_faults(seed, force, speed, is_position):
+def test_any_signals_end_in_cuts_or_in_faults(seed, force, speed, is_position, is_apart):
     rng = np.random.default_rng(seed)
     sizes = rng.choice([1, 2, 30, 500, 5000], 2)
     steps = [rng.choice([1, 10**5, 10**6, 10**9]) * rng.integers(1, 3, size) for size in sizes]
@@ -225,9 +228,11 @@ def test_any_signals_end_in_cuts_or_in_faults(seed, force, speed, is_position):
     signals = [Series(time, value) for time, value in zip(times, values, strict=True)]
     labels = {"force": "f", "speed": "v"}
     session = Session(Path("any"), signals[0], signals[1], is_position, 60.0, labels, ())
+    if is_apart:
+        session = replace(session, elsewhere={"speed": 1}, apart=frozenset({"speed"}))
     try:
         impacts = find_impacts(session, Contacts(), None)
-    except InputError as error:
-        assert error.faults
+    except Refused as error:
+        assert error.faults and "Why no data set came of it" in import_page(error.impacts, None, "set")
     else:
         assert len(impacts.kept) >= 3 and all(np.isfinite(cut.velocity.value) for cut in impacts.kept)

@@ -12,6 +12,7 @@ from acf_jax.errors import InputError
 from acf_jax.recording import read_session
 from acf_jax.recording.choose import choose
 from acf_jax.recording.mapping import Mapping, Source
+from acf_jax.recording.opened import Opened
 from acf_jax.recording.readers import Recording, open_recording
 from acf_jax.recording.series import Series
 
@@ -90,7 +91,7 @@ def test_a_timetable_is_named(tmp_path):
     recording = open_recording(path)
     assert names(recording) == ["force"]
     with pytest.raises(InputError, match="which only MATLAB reads"):
-        choose(path, recording, Mapping())
+        choose([Opened(path, recording, True)], Mapping())
 
 
 def as_matlab_73(path: Path) -> None:
@@ -116,7 +117,7 @@ def test_matlab_73(tmp_path):
     assert names(recording) == ["run/force", "t"]
     check(read(recording, "run/force"))
     with pytest.raises(InputError, match="a table, timetable or object, which only MATLAB reads"):
-        choose(tmp_path / "log.mat", recording, Mapping(force="TT"))
+        choose([Opened(tmp_path / "log.mat", recording, True)], Mapping(force="TT"))
 
 
 def test_hdf5(tmp_path):

@@ -3,6 +3,8 @@
 import csv
 import json
 import re
+import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -226,6 +228,38 @@ def test_without_a_rig_there_is_a_template(tmp_path):
     assert description.read_text() == half  # nothing that a user wrote is lost
 
 
+KILLED = """
+import os, sys
+at, moves, rename = int(sys.argv.pop(1)), [], os.replace
+def replace(source, destination):
+    moves.append(source)
+    if len(moves) == at:
+        os.kill(os.getpid(), 9)
+    rename(source, destination)
+os.replace = replace
+from acf_jax.cli.main import main
+main()
+"""
+
+
+@pytest.mark.parametrize("at", [4, 15, 28])
+def test_an_import_that_was_killed_is_recovered(tmp_path, at):
+    """While it wrote, while the earlier data set was moved aside, while its own was moved in: the rig stays known."""
+    path, _ = as_npy(tmp_path)
+    rig, out = tmp_path / "rig.yaml", tmp_path / "set"
+    rig.write_text(RIG)
+    assert run(path, "--out", out, "--rig", rig).exit_code == 0
+    before = {file.name for file in out.iterdir()}
+    command = [sys.executable, "-c", KILLED, str(at), "import", str(path), "--out", str(out)]
+    killed = subprocess.run(command, capture_output=True, check=False)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert {file.name for file in out.iterdir()} != before
+    done = run(path, "--out", out)
+    assert done.exit_code == 0 and "next: python -m acf_jax diagnose" in done.output, repr(done.exception)
+    assert {file.name for file in out.iterdir()} == before
+    assert read_dataset(out).rig.m == Prior(2.1, 0.04)
+
+
 def test_json_names_the_cuts(tmp_path):
     path, _ = as_npy(tmp_path)
     found = json.loads(run(path, "--out", tmp_path / "set", "--json").output)
@@ -243,11 +277,12 @@ def test_a_data_set_of_another_origin_stays(tmp_path):
 
 
 def refused(tmp_path, path, *options: object) -> str:
-    """What an import of `path` that fails says; nothing may be left behind."""
+    """What an import of `path` that fails says; no data set may be left behind."""
     out = tmp_path / "refused"
     done = run(path, "--out", out, *options)
     assert isinstance(done.exception, InputError), done.output + repr(done.exception)
-    assert not out.exists() and not list(tmp_path.glob(".refused*"))
+    assert not out.exists() or [file.name for file in out.iterdir()] == ["import.html"]
+    assert not list(tmp_path.glob(".refused*"))
     return str(done.exception)
 
 

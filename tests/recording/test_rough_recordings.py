@@ -91,7 +91,7 @@ def test_the_free_force_may_move(name):
 
 @pytest.mark.parametrize("bias", [-120.0, 0.0, 50.0, 90.0])
 def test_a_negative_force_is_named_at_any_bias(bias):
-    with pytest.raises(InputError, match=r"negative in contact .*scale: -1"):
+    with pytest.raises(InputError, match=r"negative in contact .*; put -1\* before its name"):
         with_force(lambda f, t: bias - f)
 
 

@@ -13,6 +13,7 @@ from acf_jax.cli.main import commands
 from acf_jax.errors import InputError
 from acf_jax.recording.choose import choose
 from acf_jax.recording.mapping import Mapping, Source
+from acf_jax.recording.opened import Opened
 from acf_jax.recording.readers import open_recording
 from acf_jax.recording.series import Series
 
@@ -91,7 +92,7 @@ def test_times_of_two_names_are_told_apart_by_their_values(tmp_path):
     with pytest.raises(
         InputError, match="columns 'time', 'clock' may all be the time"
     ):  # beside other faults
-        choose(tmp_path / "log.csv", open_recording(tmp_path / "log.csv"), Mapping())
+        choose([Opened(tmp_path / "log.csv", open_recording(tmp_path / "log.csv"), True)], Mapping())
     counts = [f"{i},{3 * i + 10**10},{row}" for i, row in enumerate(rows())]
     assert (
         read(tmp_path / "log.csv", ["n,ticks,time,force,velocity", *counts]).notes == ()
@@ -233,7 +234,7 @@ def test_a_table_without_a_header_is_listed_by_number(tmp_path):
     with pytest.raises(
         InputError, match="its first line must name the columns, which are 'column 1' to 'column 3'"
     ):
-        choose(tmp_path / "log.csv", open_recording(tmp_path / "log.csv"), Mapping())
+        choose([Opened(tmp_path / "log.csv", open_recording(tmp_path / "log.csv"), True)], Mapping())
 
 
 def test_a_header_of_another_length_is_named(tmp_path):
@@ -310,5 +311,5 @@ def test_the_words_of_other_languages_name_signals(tmp_path):
         "时间;力;速度;预紧力",
     ):
         path.write_text("\n".join([head, *(f"{row};40" for row in rows(";"))]))
-        chosen = choose(path, open_recording(path), Mapping())
+        chosen = choose([Opened(path, open_recording(path), True)], Mapping())
         assert [source.name for source in chosen.sources.values()] == head.split(";")[1:]

@@ -1,6 +1,7 @@
 """`python -m acf_jax import`: a gap data set from one long recording."""
 
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from acf_jax.cli._stale import traces_of
 
 if TYPE_CHECKING:
     from acf_jax.recording import Impacts
+    from acf_jax.recording.cut import Cut
 
 EXAMPLES = """
 \b
@@ -21,7 +23,7 @@ Examples:
   python -m acf_jax import session.mcap --out my_rig --rig rig.yaml --pretension 60 --review cuts.yaml
   python -m acf_jax import log.csv --out my_rig --force "-1*Fz" --velocity "0.001*v_mm_s" --pretension preload
 """
-PAGE = "import.html"
+PAGE, REFUSED = "import.html", "import_refused.html"
 SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 
 
@@ -29,6 +31,12 @@ SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 @click.argument("recording", type=click.Path(path_type=Path))
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Folder for the data set; needed but with --list."
+)
+@click.option(
+    "--with",
+    "other",
+    type=click.Path(path_type=Path),
+    help="Recording of the robot, where that is one of its own.",
 )
 @click.option("--rig", type=click.Path(path_type=Path), help="YAML file: what is known of the rig.")
 @click.option("--mapping", type=click.Path(path_type=Path), help="YAML file: what the signals are.")
@@ -46,6 +54,7 @@ SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 def command(
     recording: Path,
     out: Path | None,
+    other: Path | None,
     rig: Path | None,
     mapping: Path | None,
     review: Path | None,
@@ -56,50 +65,67 @@ def command(
     """Cut a gap data set from RECORDING: a ROS bag, or a table or arrays of any kind that docs/import.md lists.
 
     Finds the contacts, measures their velocity, and writes OUT/dataset.yaml, OUT/trials.csv, OUT/traces and a page of
-    every cut, OUT/import.html. docs/import.md leads from a recording to a report.
+    every cut, OUT/import.html. The signals of the robot may be in another recording, --with ROBOT. docs/import.md leads
+    from a recording to a report.
     """
     from acf_jax.errors import InputError
-    from acf_jax.recording.choose import listing
-    from acf_jax.recording.readers import open_recording
 
     if listed:
-        with closing(open_recording(recording)) as opened:
-            channels = opened.channels()
-        shown = [{"name": c.name, "type": c.type, "count": c.count} for c in channels]
-        if as_json:
-            echo_json(shown)
-        else:
-            click.echo(listing(channels))
+        _list([recording, *([other] if other else [])], as_json)
         return
     if out is None:
         raise InputError("--out: is missing; name a folder for the data set")
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: is a file; name a folder")
-    impacts, described = _import(recording, out, rig, mapping, review, signals)
+    impacts, described = _import(recording, out, other, rig, mapping, review, signals)
+    page = out / PAGE
+    if impacts.faults:
+        page, impacts = _leave(impacts, out, review)
     if as_json:
         echo_json(_document(impacts))
     else:
-        click.echo(_text(impacts, out, review, described))
+        click.echo(_text(impacts, out, page, review, described))
+    if impacts.faults:
+        raise InputError(impacts.faults)
+
+
+def _list(recordings: list[Path], as_json: bool) -> None:
+    """Print what the recordings offer."""
+    from acf_jax.recording.choose import listing
+    from acf_jax.recording.readers import open_recording
+
+    shown: list[dict[str, Any]] = []
+    for path in recordings:
+        with closing(open_recording(path)) as opened:
+            channels = opened.channels()
+        if not as_json:
+            click.echo("\n".join([*([f"{path}:"] if len(recordings) > 1 else []), listing(channels)]))
+        where = {"recording": str(path)} if len(recordings) > 1 else {}
+        shown += [{"name": c.name, "type": c.type, "count": c.count} | where for c in channels]
+    if as_json:
+        echo_json(shown)
 
 
 def _import(
     recording: Path,
     out: Path,
+    other: Path | None,
     rig: Path | None,
     mapping: Path | None,
     review: Path | None,
     signals: dict[str, Any],
 ) -> tuple["Impacts", bool]:
-    """Read, cut, write; the impacts, and whether the rig is described."""
+    """Read, cut, write unless the impacts have faults; the impacts, and whether the rig is described."""
     from acf_jax.errors import InputError
     from acf_jax.files import write_text
-    from acf_jax.folders import whole_folder
-    from acf_jax.recording import find_impacts, read_mapping, read_session
+    from acf_jax.folders import recover, whole_folder
+    from acf_jax.recording import Refused, find_impacts, read_mapping, read_session
     from acf_jax.recording.page import import_page
-    from acf_jax.recording.review import check_kept, read_review
+    from acf_jax.recording.review import kept_faults, read_review
     from acf_jax.recording.rig import earlier_rig, read_rig_file
     from acf_jax.recording.write import review_of, write_impacts
 
+    recover(out)
     faults: list[str] = []
     known, chosen = None, None
     earlier = out / "dataset.yaml"
@@ -119,23 +145,51 @@ def _import(
     if faults or chosen is None:
         raise InputError(faults)
     with counts() as count:
-        session = read_session(recording, chosen, partial(count, "reading"))
+        session = read_session(recording, chosen, partial(count, "reading"), other)
     decided = None
     if review is not None and review.exists():
         decided = read_review(review, recording.name, session.duration).cuts
-    impacts = find_impacts(session, chosen.contacts, known.prior if known else None, decided)
-    if review is not None and decided is not None:
-        check_kept(review, impacts.kept)
-    with whole_folder(out, traces_of(out / "trials.csv", "contact_s")) as folder:
-        write_impacts(folder, impacts, known)
-        write_text(folder / PAGE, import_page(impacts, str(review) if review else None, str(out)))
-        if review is not None and decided is None:
-            write_text(review, review_of(impacts))  # where that fails no data set is written
+    try:
+        impacts = find_impacts(session, chosen.contacts, known.prior if known else None, decided)
+        if review is not None and decided is not None and (wrong := kept_faults(review, impacts.kept)):
+            raise Refused(replace(impacts, faults=tuple(wrong)))
+        with whole_folder(out, [*traces_of(out / "trials.csv", "contact_s"), REFUSED]) as folder:
+            write_impacts(folder, impacts, known)
+            write_text(folder / PAGE, import_page(impacts, str(review) if review else None, str(out)))
+            if review is not None and decided is None:
+                write_text(review, review_of(impacts))  # where that fails no data set is written
+    except Refused as refusal:
+        impacts = refusal.impacts
     return impacts, known is not None
 
 
-def _text(impacts: "Impacts", out: Path, review: Path | None, described: bool) -> str:
+def _leave(impacts: "Impacts", out: Path, review: Path | None) -> tuple[Path, "Impacts"]:
+    """Write the page and the cuts of a recording of which no data set came; where the page is, and what failed."""
+    from acf_jax.errors import InputError
+    from acf_jax.files import write_text
+    from acf_jax.recording.page import import_page
+    from acf_jax.recording.write import review_of
+
+    page = out / (REFUSED if (out / "trials.csv").exists() else PAGE)  # an earlier data set keeps its own
+    try:
+        write_text(page, import_page(impacts, str(review) if review else None, str(out)))
+        if review is not None and not review.exists() and impacts.cuts:
+            write_text(review, review_of(impacts))
+    except (OSError, InputError) as error:
+        impacts = replace(impacts, faults=(*impacts.faults, f"{page}: cannot be written ({error})"))
+    return page, impacts
+
+
+def _text(impacts: "Impacts", out: Path, page: Path, review: Path | None, described: bool) -> str:
     kept, session = impacts.kept, impacts.session
+    found = f"{len(impacts.cuts)} contacts in {session.duration:.1f} s"
+    if impacts.faults:
+        lines = [f"{found}, no data set", *(_line(impacts, cut) for cut in impacts.cuts), *impacts.notes]
+        if page.exists():
+            lines.append(f"{page}: look at what was found in a browser")
+        if review is not None and review.exists():
+            lines.append(f"{review}: keep, drop or move a contact here, then import again")
+        return "\n".join(lines)
     conditions = {cut.condition for cut in kept}
     odd = [
         f"{cut.trial} is not kept: {'; '.join(cut.remarks) or 'dropped by the review'}"
@@ -143,10 +197,10 @@ def _text(impacts: "Impacts", out: Path, review: Path | None, described: bool) -
         if not cut.keep
     ]
     lines = [
-        f"{len(impacts.cuts)} contacts in {session.duration:.1f} s, {len(kept)} kept, at {len(conditions)} conditions",
+        f"{found}, {len(kept)} kept, at {len(conditions)} conditions",
         *odd,
         *impacts.notes,
-        f"{out / PAGE}: look at every cut in a browser",
+        f"{page}: look at every cut in a browser",
     ]
     if review is not None:
         lines.append(f"{review}: drop or move a cut here, then import again")
@@ -157,6 +211,13 @@ def _text(impacts: "Impacts", out: Path, review: Path | None, described: bool) -
             f"{out / 'dataset.yaml'}: fill in the rig, or import again with --rig FILE, before `diagnose`"
         )
     return "\n".join(lines)
+
+
+def _line(impacts: "Impacts", cut: "Cut") -> str:
+    """One contact of a recording of which no data set came."""
+    at = 1e-9 * (cut.contact.begin - int(impacts.session.force.time[0]))
+    state = "can be used" if cut.keep else f"not kept: {'; '.join(cut.remarks) or 'dropped by the review'}"
+    return f"{cut.trial} at {at:.4f} s, {cut.words}: {state}"
 
 
 def _document(impacts: "Impacts") -> dict[str, Any]:
@@ -178,4 +239,5 @@ def _document(impacts: "Impacts") -> dict[str, Any]:
             for cut in impacts.cuts
         ],
         "notes": list(impacts.notes),
+        "faults": list(impacts.faults),
     }

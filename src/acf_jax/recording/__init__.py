@@ -1,6 +1,7 @@
 """Recordings of a rig: reading them, finding the impacts, and cutting a gap data set from them."""
 
 from acf_jax.recording.impacts import Impacts as Impacts
+from acf_jax.recording.impacts import Refused as Refused
 from acf_jax.recording.impacts import find_impacts as find_impacts
 from acf_jax.recording.mapping import Mapping as Mapping
 from acf_jax.recording.mapping import Source as Source

@@ -6,11 +6,14 @@ import numpy as np
 
 from acf_jax.dataset import units
 from acf_jax.dataset.trials import RigPrior
-from acf_jax.recording.contacts import sampling_interval
+from acf_jax.recording.contacts import APPROACH, sampling_interval
 from acf_jax.recording.cut import Cut
+from acf_jax.recording.onset import SURE
+from acf_jax.recording.rate import advised_rate, too_slow
 from acf_jax.recording.sampling import sampling_fault
 from acf_jax.recording.series import Array
 from acf_jax.recording.session import Session
+from acf_jax.recording.velocity import Estimate
 
 FASTEST = 2e6  # Hz, beyond any force sensor
 NOUGHT = 0.01  # of the largest pretension, that a sensor may read below none at all
@@ -20,31 +23,37 @@ UNDECIDED = 1.5  # a factor within which two slips explain the same peaks as wel
 NEWTONS = {"kN": 1e3, "kgf": 9.80665, "gf": 9.80665e-3, "mN": 1e-3}  # in a unit taken for newtons
 
 
-def interval_fault(session: Session, impact_time: float) -> str | None:
-    """Why the times of the force cannot be those of its samples; None when they can. `impact_time`: roughly, s."""
+def interval_faults(session: Session, impact_time: float) -> list[str]:
+    """Why the times of the force cannot be in seconds, if they cannot. `impact_time`: roughly, s."""
     if session.force.time.size < 2:
-        return None  # too short for another reason
+        return []  # too short for another reason
     step = sampling_interval(session.force)
-    where = f"{session.path} {session.labels['force']}"
+    where = session.where("force")
     if step > 3.0 * impact_time:
-        return (
+        return [
             f"{where}: a sample every {step:g} s, longer than a whole impact (about {impact_time:.2g} s);"
             " if its times are in ms, set time_scale: 1.0e-3 in the --mapping file (us: 1.0e-6, ns: 1.0e-9),"
-            " else record faster"
-        )
+            f" else record the force faster, at {advised_rate(impact_time)}"
+        ]
+    if SURE * step > APPROACH:
+        return [
+            f"{where}: a sample every {step:g} s leaves {APPROACH / step:.0f} in the {APPROACH:g} s before a contact,"
+            f" where {SURE} are needed; {too_slow(step, impact_time) or 'record the force faster'}"
+        ]
     if step < 1.0 / FASTEST:
-        return (
+        return [
             f"{where}: a sample every {step:g} s is beyond any sensor; set time_scale in the --mapping file to the"
             " seconds in a unit"
-        )
-    return sampling_fault(session.force, where, impact_time)
+        ]
+    fault = sampling_fault(session.force, where, impact_time)
+    return [fault] if fault else []
 
 
 def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
     """What is wrong with the measured speeds and pretensions of the contacts as a whole."""
     faults = []
     speeds = [cut.velocity.value for cut in cuts if np.isfinite(cut.velocity.value)]
-    where = f"{session.path} {session.labels.get('speed', '--velocity')}"
+    where = session.where("speed")
     kind = "position" if session.is_position else "velocity"
     middle = float(np.median(speeds)) if speeds else 0.0
     if not speeds:
@@ -53,13 +62,14 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
         )
     elif middle < -1e-4:
         faults.append(
-            f"{where}: the robot moves at {middle:.4g} m/s before contact, away from the part; put -1* before its name,"
-            " or state clock_offset_s if its clock is another"
+            f"{where}: the robot moves at {middle:.4g} m/s before contact, away from the part;"
+            f" {session.remedy('speed', -1.0)}, or state clock_offset_s if its clock is another"
         )
     elif middle > units.VELOCITY.high:
         unit = "mm" if session.is_position else "mm/s"
         faults.append(
-            f"{where}: the {kind} gives {middle:.4g} m/s before contact; if it is in {unit}, put 0.001* before its name"
+            f"{where}: the {kind} gives {middle:.4g} m/s before contact; if it is in {unit},"
+            f" {session.remedy('speed', 0.001)}"
         )
     elif middle < 1e-4:
         faults.append(
@@ -68,15 +78,24 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
         )
     pretensions = [cut.pretension.value for cut in cuts if np.isfinite(cut.pretension.value)]
     nought = NOUGHT * max(pretensions, default=0.0)
-    negative = [p.value for cut in cuts if (p := cut.pretension).value < -max(3.0 * p.std, nought)]
-    where = f"{session.path} {session.labels.get('pretension', '--pretension')}"
+    negative = [cut.pretension.value for cut in cuts if is_below_zero(cut.pretension, nought)]
+    where = session.where("pretension")
     if not pretensions:
         faults.append(f"{where}: has no value before any contact; give the pretension in N by --pretension")
-    elif negative:
-        faults.append(f"{where}: the pretension is {min(negative):.4g} N; put -1* before its name")
-    elif fault := units.PRETENSION.fault(max(pretensions)) or units.pretension_column_fault(pretensions):
+    elif 2 * len(negative) >= len(pretensions):
+        faults.append(
+            f"{where}: the pretension is {min(negative):.4g} N; {session.remedy('pretension', -1.0)}"
+        )
+    elif fault := units.PRETENSION.fault(
+        max(float(np.median(pretensions)), 0.0)
+    ) or units.pretension_column_fault(pretensions):
         faults.append(f"{where}: {fault}")
     return faults
+
+
+def is_below_zero(pretension: Estimate, nought: float) -> bool:
+    """Whether a pretension is below zero by more than its scatter and than `nought`, what a sensor may err by, N."""
+    return pretension.value < -max(3.0 * pretension.std, nought)
 
 
 def force_unit_fault(session: Session, cuts: Sequence[Cut], rig: RigPrior) -> str | None:
@@ -98,18 +117,18 @@ def force_unit_fault(session: Session, cuts: Sequence[Cut], rig: RigPrior) -> st
     if 1.0 / FAR**2 < ratio(peaks, f_p) <= FAR:
         return None
     slips = [
-        (ratio(n * peaks, f_p), f"the force is in {unit}, put {n:g}* before its name")
+        (ratio(n * peaks, f_p), f"the force is in {unit}, {session.remedy('force', n)}")
         for unit, n in NEWTONS.items()
     ]
-    for unit, n in NEWTONS.items():
-        number = session.pretension
-        remedy = f"give {n * number:.3g} N" if isinstance(number, float) else f"put {n:g}* before its name"
-        slips.append((ratio(peaks, n * f_p), f"the pretension is in {unit}, {remedy}"))
+    slips += [
+        (ratio(peaks, n * f_p), f"the pretension is in {unit}, {session.remedy('pretension', n)}")
+        for unit, n in NEWTONS.items()
+    ]
     off = {text: abs(float(np.log(r))) for r, text in slips if r > 0.0}
     least = min(off.values(), default=np.inf)
     likely = [text for text, o in off.items() if o < min(least + np.log(UNDECIDED), np.log(FAR))]
     return (
-        f"{session.path} {session.labels['force']}: peaks of {float(np.median(peaks)):.3g} N do not go with a"
+        f"{session.where('force')}: peaks of {float(np.median(peaks)):.3g} N do not go with a"
         f" pretension of {float(np.median(f_p)):.3g} N and {float(np.median(v_e)):.3g} m/s (about"
         f" {float(np.median(expected(f_p))):.3g} N); "
         + (", or ".join(f"if {text}" for text in likely) or "look at the scale and the axis of each")

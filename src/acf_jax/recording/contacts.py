@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from acf_jax.errors import InputError
-from acf_jax.recording.level import BLOCK, Level, debounced, find_level, is_negative, jumps
+from acf_jax.recording.level import BLOCK, DEBOUNCE, Level, debounced, find_level, is_negative, jumps
 from acf_jax.recording.mapping import Contacts
 from acf_jax.recording.onset import onset_at, rest_of
 from acf_jax.recording.series import Series
 
-_APPROACH = 0.25  # s before a contact that tell its offset and noise
+APPROACH = 0.25  # s before a contact that tell its offset and noise
 _MOST = 10_000  # contacts
 _RISES = 10  # of a contact that may be its impact
 _FIRST = 0.5  # of the highest rise soon after it that a first impact reaches
@@ -55,23 +55,36 @@ class _Stretch:
     stays: float = 0.0  # N
 
 
-def find_contacts(force: Series, options: Contacts, where: str) -> tuple[Level, list[Contact]]:
+class WrongSign(InputError):
+    """The force is negative in contact."""
+
+
+def find_contacts(
+    force: Series, options: Contacts, where: str, remedy: str = "put -1* before its name"
+) -> tuple[Level, list[Contact]]:
     """Every contact of the recording.
 
-    **Arguments:** `force`: N, positive in contact. `where`: the signal in words, for messages.
+    **Arguments:** `force`: N, positive in contact. `where`: the signal in words, for messages. `remedy`: of a wrong
+    sign, in words.
 
-    **Raises:** `InputError` when the recording is too short, the force has the wrong sign, or no contact is seen.
+    **Raises:** `InputError` when the recording is too short, or no contact is seen; `WrongSign`.
     """
     step = sampling_interval(force)
     level = find_level(force.value, step, options.separation_s, options.threshold_n, where)
     if is_negative(force.value, level):
         low, free = float(force.value.min()), float(np.median(level.before))
-        raise InputError(
-            f"{where}: is negative in contact (down to {low:.4g} N, {free:.3g} N before contact);"
-            " turn its sign: put -1* before its name, or write scale: -1"
+        raise WrongSign(
+            f"{where}: is negative in contact (down to {low:.4g} N, {free:.3g} N before contact); {remedy}"
         )
     stretches = _stretches(force, level, round(1e9 * options.separation_s))
     if not stretches:
+        windows = np.arange(0, force.value.size, level.width)
+        highest = float((np.maximum.reduceat(force.value, windows) - level.around(windows)).max())
+        if highest > level.threshold:
+            raise InputError(
+                f"{where}: jumps by up to {highest:.3g} N, but never for {DEBOUNCE} samples, as in contact; record the"
+                " force faster, or if these are spikes of the sensor, name another topic, axis or column"
+            )
         raise InputError(
             f"{where}: shows no contact: it never jumps by more than {level.threshold:.3g} N; name another topic, axis"
             " or column, or state contacts.threshold_n in the mapping"
@@ -133,7 +146,7 @@ def _contacts(force: Series, stretches: list[_Stretch], step: float) -> Iterator
     for stretch in stretches:
         start, _ = stretch.runs[0]
         contact = contact_at(force, start, stretch.stop, last, step)
-        soon = start + round(_APPROACH / step) if step else start
+        soon = start + round(APPROACH / step) if step else start
         rises = tuple(run for run in stretch.runs if run[0] <= soon)
         yield replace(contact, rises=rises[:_RISES], stays=stretch.stays)
         last = stretch.stop
@@ -164,7 +177,7 @@ def contact_at(force: Series, crossing: int, stop: int, last: int, step: float) 
     """
     # what follows a release still moves: the second half of the pause is the approach
     earliest = last if last == 0 else last + (crossing - last) // 2
-    approach = max(earliest, crossing - round(_APPROACH / step))
+    approach = max(earliest, crossing - round(APPROACH / step))
     offset, noise = rest_of(force.value[approach:crossing])
     first, early = onset_at(force.value, approach, crossing, stop, offset, noise)
     own = int(force.time[first] - force.time[first - 1]) if first else round(1e9 * step)

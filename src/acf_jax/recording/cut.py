@@ -10,7 +10,7 @@ from acf_jax.dataset.phase import find_impact
 from acf_jax.dataset.trials import Trace
 from acf_jax.recording.contacts import Contact
 from acf_jax.recording.mapping import Contacts
-from acf_jax.recording.onset import LEAST_APPROACH
+from acf_jax.recording.onset import LEAST_APPROACH, SURE
 from acf_jax.recording.series import Array, Nanoseconds, Series
 from acf_jax.recording.velocity import Estimate
 
@@ -37,6 +37,13 @@ class Cut:
     condition: tuple[float, float] = (0.0, 0.0)  # m/s and N, of the group of trials that it belongs to
     peak: float | None = None  # N, within the impact phase; None: no impact is seen
     remarks: tuple[str, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """What was measured, on one line."""
+        v_e, f_p = self.velocity.value, self.pretension.value
+        speed = f"{v_e:.4g} m/s" if np.isfinite(v_e) else "no speed"
+        return f"{speed}, {f'{f_p:.4g} N' if np.isfinite(f_p) else 'no pretension'}, peak {self.contact.peak:.4g} N"
 
     @property
     def trace(self) -> Trace:
@@ -73,10 +80,11 @@ def ends_early(cut: Cut, impact_time: float) -> bool:
     return bool(time[-1] < 2.0 * impact_time and force[last].max() >= force.max())
 
 
-def remarks(cut: Cut, typical_rise: float, step: float) -> list[str]:
+def remarks(cut: Cut, typical_rise: float, step: float, separation: float) -> list[str]:
     """Why a contact may not be what it seems.
 
-    **Arguments:** `typical_rise`: of the recording's contacts, N. `step`: sampling interval, s.
+    **Arguments:** `typical_rise`: of the recording's contacts, N. `step`: sampling interval, s. `separation`: least
+    time between contacts, s.
     """
     found = []
     steps = np.diff(cut.time)
@@ -86,8 +94,10 @@ def remarks(cut: Cut, typical_rise: float, step: float) -> list[str]:
             f"samples are missing for {1e-6 * steps[worst]:.3g} ms, from {1e-6 * cut.time[worst]:.3g} ms after contact"
         )
     before = approach_samples(cut.trace).time.size
-    if before < LEAST_APPROACH - 4:
-        found.append(f"only {before} samples before contact")
+    if before < SURE:
+        is_slow = LEAST_APPROACH * step > separation
+        remedy = "record the force faster" if is_slow else "pause longer before each"
+        found.append(f"only {before} samples before contact: {remedy}")
     if cut.contact.rise < 0.2 * typical_rise:
         found.append(f"rises by {cut.contact.rise:.3g} N only")
     if cut.contact.stays > _FALLEN * cut.contact.rise:

@@ -1,19 +1,23 @@
 """From the signals of a recording to cuts that a data set can hold."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from acf_jax.dataset import units
+from acf_jax.dataset.noise import approach_samples
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.errors import InputError
-from acf_jax.recording.checks import condition_faults, force_unit_fault, interval_fault
-from acf_jax.recording.contacts import Contact, contact_at, find_contacts, sampling_interval
+from acf_jax.recording.align import align, drawn, without_apart
+from acf_jax.recording.checks import condition_faults, force_unit_fault, interval_faults
+from acf_jax.recording.contacts import Contact, WrongSign, contact_at, find_contacts, sampling_interval
 from acf_jax.recording.cut import GAP, Cut, group, spread
 from acf_jax.recording.level import BLOCK, Level
 from acf_jax.recording.mapping import Contacts
 from acf_jax.recording.measure import first_impacts, measured, weighed
+from acf_jax.recording.onset import SURE
+from acf_jax.recording.rate import impact_duration, too_slow
 from acf_jax.recording.review import Entry
 from acf_jax.recording.session import Session
 
@@ -27,11 +31,12 @@ class Impacts:
     """What came of a recording."""
 
     session: Session
-    level: Level
+    level: Level | None  # None: no contact was seen
     cuts: tuple[Cut, ...]
-    velocity_spread: float | None  # relative, trial to trial; None: too few repeats
-    pretension_spread: float | None
     notes: tuple[str, ...]
+    velocity_spread: float | None = None  # relative, trial to trial; None: too few repeats
+    pretension_spread: float | None = None
+    faults: tuple[str, ...] = ()  # why no data set can come of it
 
     @property
     def kept(self) -> list[Cut]:
@@ -39,43 +44,97 @@ class Impacts:
         return [cut for cut in self.cuts if cut.keep]
 
 
+class Refused(InputError):
+    """No data set can come of a recording; `impacts` is what was found in it all the same."""
+
+    def __init__(self, impacts: Impacts):
+        super().__init__(impacts.faults)
+        self.impacts = impacts
+
+
 def find_impacts(
     session: Session, options: Contacts, rig: RigPrior | None, review: Sequence[Entry] | None = None
 ) -> Impacts:
     """Find, measure, cut and check the contacts of a recording, those of `review` where there is one.
 
-    **Raises:** `InputError` when no contact is seen, a unit or sign cannot be right, or fewer than three cuts stay.
+    **Raises:** `Refused` when no contact is seen, a unit, a sign or a clock cannot be right, or fewer than three cuts
+    stay.
     """
     known = rig or units.TYPICAL_RIG
-    if fault := interval_fault(session, known.impact_time):
-        raise InputError([fault, *session.force.notes])  # such as why they are not the stamps
-    where = f"{session.path} {session.labels['force']}"
-    level, rises = find_contacts(session.force, options, where)
-    found = first_impacts(session, rises, known.impact_time)
-    named = [(f"t{i:03d}", contact, None) for i, contact in enumerate(found)]
-    chosen = named if review is None else _reviewed(session, found, review, options.separation_s)
-    cuts = measured(session, chosen, options, known.impact_time)
-    if faults := condition_faults(session, [c for c in cuts if c.keep] or cuts):
-        raise InputError(faults)
-    usable = [cut for cut in cuts if cut.keep]
-    if len(usable) >= LEAST and (fault := force_unit_fault(session, usable, known)):
-        raise InputError(fault)
-    cuts = weighed(cuts, review is not None, options)
-    kept = [cut for cut in cuts if cut.keep]
-    if len(kept) < LEAST:
-        reasons = "; ".join([f"{c.trial}: {', '.join(c.remarks)}" for c in cuts if c.remarks][:5])
-        more = f" ({reasons})" if reasons else ""
-        raise InputError(
-            f"{where}: {len(kept)} contacts of {len(cuts)} can be used{more}; a data set needs at least {LEAST}:"
-            " record more"
-        )
+    impacts = _found(session, options, known, review)
+    if impacts.faults:
+        raise Refused(impacts)
+    kept = impacts.kept
     velocity, pretension = [c.velocity for c in kept], [c.pretension for c in kept]
     v_e, f_p = group(velocity), np.maximum(group(pretension), 0.0)
     conditions = iter(zip(v_e.tolist(), f_p.tolist(), strict=True))
-    cuts = [replace(cut, condition=next(conditions)) if cut.keep else cut for cut in cuts]
+    cuts = [replace(cut, condition=next(conditions)) if cut.keep else cut for cut in impacts.cuts]
     scatter = spread(velocity, v_e)
-    notes = _notes(session, kept, scatter, options)
-    return Impacts(session, level, tuple(cuts), scatter, spread(pretension, f_p), notes)
+    return replace(
+        impacts,
+        cuts=tuple(cuts),
+        notes=(*impacts.notes, *_notes(impacts.session, kept, scatter, options)),
+        velocity_spread=scatter,
+        pretension_spread=spread(pretension, f_p),
+    )
+
+
+def _found(session: Session, options: Contacts, known: RigPrior, review: Sequence[Entry] | None) -> Impacts:
+    """The contacts with what was measured at each, and the faults; what comes after a fault is shown, not judged."""
+    where, remedy = session.where("force"), session.remedy("force", -1.0)
+    faults = interval_faults(session, known.impact_time)
+    faults += session.force.notes if faults else ()  # such as why they are not the stamps
+    try:
+        try:
+            level, rises = find_contacts(session.force, options, where, remedy)
+        except WrongSign as error:
+            if faults:
+                raise  # too slow to tell a sign
+            faults += error.faults
+            turned = replace(session.force, value=-session.force.value)
+            session = replace(session, force=turned, notes=(*session.notes, "the force is shown turned"))
+            level, rises = find_contacts(turned, options, where)
+    except InputError as error:
+        if not faults:
+            faults += error.faults
+            slow = too_slow(sampling_interval(session.force), known.impact_time)
+            faults += [f"{where}: {slow}"] if slow else []
+        return Impacts(session, None, (), session.notes, faults=tuple(faults))
+    shown = session
+    try:
+        shown = session = align(session, rises)
+    except InputError as error:
+        faults += error.faults
+        shown, session = drawn(session), without_apart(session)
+    rises = first_impacts(session, rises, known.impact_time)
+    named = [(f"t{i:03d}", contact, None) for i, contact in enumerate(rises)]
+    chosen = named if review is None else _reviewed(session, rises, review, options.separation_s)
+    cuts = measured(session, chosen, options, known.impact_time)
+    usable = [cut for cut in cuts if cut.keep]
+    faults = faults or condition_faults(session, usable or cuts)
+    if not faults and len(usable) >= LEAST and (fault := force_unit_fault(session, usable, known)):
+        faults = [fault]
+    cuts = weighed(cuts, review is not None, options)
+    step = sampling_interval(session.force)
+    slow = too_slow(step, impact_duration([c for c in cuts if c.keep] or cuts, step, known.impact_time))
+    if not faults and sum(cut.keep for cut in cuts) < LEAST:
+        faults = [_too_few(session, cuts, slow)]
+    notes = (*shown.notes, slow) if slow else shown.notes
+    return Impacts(shown, level, tuple(cuts), notes, faults=tuple(faults))
+
+
+def _too_few(session: Session, cuts: Sequence[Cut], slow: str | None) -> str:
+    """That too few contacts can be used, with the remedy. `slow`: that the force is sampled too slowly, if it is."""
+    kept = sum(cut.keep for cut in cuts)
+    remedy = "record more" if len(cuts) < LEAST else "record more, or mend what stands beside each contact"
+    if slow and any(
+        not c.keep and (c.peak is None or approach_samples(c.trace).time.size < SURE) for c in cuts
+    ):
+        remedy = slow
+    return (
+        f"{session.where('force')}: {kept} of {len(cuts)} contacts can be used; a data set needs at least {LEAST}:"
+        f" {remedy}"
+    )
 
 
 def _reviewed(
@@ -83,7 +142,8 @@ def _reviewed(
 ) -> list[tuple[str, Contact, bool | None]]:
     """The contacts at the times of the review, in order; a time that was found is that contact.
 
-    Another time is that of the nearest contact which no entry names, within `separation`, s, or a new one.
+    Another time is that of the nearest contact which no entry names, within `separation`, s: of an entry about which
+    nothing is decided that contact itself, else moved there. Without one it is a new contact.
     """
     force = session.force
     step = sampling_interval(force)
@@ -102,7 +162,12 @@ def _reviewed(
         end = int(np.searchsorted(force.time, later[0])) if later.size else force.time.size
         moved = [c for c in left if abs(c.begin - begin) < 1e9 * separation]
         if moved:
-            end = min(moved, key=lambda c: abs(c.begin - begin)).stop
+            nearest = min(moved, key=lambda c: abs(c.begin - begin))
+            if entry.keep is None:
+                chosen.append((entry.trial, nearest, None))
+                left.remove(nearest)
+                continue
+            end = nearest.stop
         stop = max(min([c.stop for c in found if c.first <= first < c.stop] or [end]), first + 1)
         last = max([c.stop for c in found if c.stop <= first], default=0)
         own = contact_at(force, first, stop, last, step)
@@ -110,28 +175,25 @@ def _reviewed(
     return chosen
 
 
-def _notes(
-    session: Session, kept: Sequence[Cut], scatter: float | None, options: Contacts
-) -> tuple[str, ...]:
-    notes = list(session.notes)
+def _notes(session: Session, kept: Sequence[Cut], scatter: float | None, options: Contacts) -> Iterator[str]:
+    """What a user should know of the contacts that are kept."""
     offsets = np.array([cut.contact.offset for cut in kept])
     noise = float(np.median([cut.contact.noise_std for cut in kept]))
     rise = float(np.median([cut.contact.rise for cut in kept]))
     if np.abs(offsets).max() > (least := max(3.0 * noise, 0.02 * rise)) and not options.tare:
         low, high = float(offsets.min()), float(offsets.max())
         reads = f"{np.median(offsets):.3g} N" if high - low < least else f"{low:.3g} to {high:.3g} N"
-        notes.append(
+        yield (
             f"the force reads {reads} before contact; contacts: {{tare: true}} in the mapping subtracts it"
         )
     if late := [cut.trial for cut in kept if cut.contact.is_late]:
-        notes.append(f"begun after a pulse too small for an impact: {', '.join(late)}")
+        yield f"begun after a pulse too small for an impact: {', '.join(late)}"
     if scatter is not None and scatter > _SCATTER:
-        notes.append(f"repeats vary by {100 * scatter:.2g} % in velocity; look at its axis, and at its clock")
+        yield f"repeats vary by {100 * scatter:.2g} % in velocity; look at its axis, and at its clock"
     if gap := _gaps(session):
-        notes.append(gap)
+        yield gap
     if doubtful := [cut.trial for cut in kept if cut.remarks]:
-        notes.append(f"kept although doubtful: {', '.join(doubtful)}")
-    return tuple(notes)
+        yield f"kept although doubtful: {', '.join(doubtful)}"
 
 
 def _gaps(session: Session) -> str | None:

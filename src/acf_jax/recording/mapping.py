@@ -24,6 +24,12 @@ class Source(Part):
     )
     scale: float = Field(default=1.0, description="to SI units, positive in contact or when approaching")
     time: str | None = Field(default=None, description="the column of its own times, in a table")
+    recording: str | None = Field(
+        default=None,
+        min_length=1,
+        description="another recording that holds it, from the folder of the first",
+    )
+    time_scale: float | None = Field(default=None, gt=0, description="s per unit of the times there")
     clock_offset_s: float = Field(
         default=0.0, description="s, added to its times; the clocks are then not compared"
     )
@@ -35,6 +41,12 @@ class Source(Part):
     def _has_a_scale(self) -> Self:
         if self.scale == 0.0:
             raise ValueError("scale must not be 0; give the factor to SI units")
+        if self.recording is not None and not self.recording.isprintable():
+            raise ValueError(f"recording is {shown(self.recording)}, no path; name a file")
+        if self.time_scale is not None and self.recording is None:
+            raise ValueError(
+                "time_scale is that of another recording; state it beside force, or name a recording"
+            )
         return self
 
 
@@ -108,6 +120,8 @@ class Mapping(Part):
             raise ValueError("velocity and position are both given; keep one")
         if self.time is not None and self.sample_rate_hz is not None:
             raise ValueError("time and sample_rate_hz are both given; keep one")
+        if self.force is not None and self.force.recording is not None:
+            raise ValueError("the force is that of the recording itself; remove 'recording' from force")
         return self
 
 

@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from acf_jax.recording.checks import LEAST_SHARE
+from acf_jax.dataset import units
+from acf_jax.recording.checks import LEAST_SHARE, NOUGHT, is_below_zero
 from acf_jax.recording.contacts import Contact, first_impact, sampling_interval
 from acf_jax.recording.cut import Cut, cut_trace, ends_early, impact_peak, remarks
+from acf_jax.recording.level import BLOCK
 from acf_jax.recording.mapping import Contacts
 from acf_jax.recording.session import Session
-from acf_jax.recording.velocity import Estimate, pretension_at, velocity_at
+from acf_jax.recording.velocity import WINDOWS, Character, Estimate, character_of, pretension_at, velocity_at
 
 UNKNOWN = Estimate(float("nan"), float("nan"))
 _STALE = 3.0, 0.05  # sampling intervals, and s, that the last speed before a contact may be old
@@ -36,14 +38,18 @@ def measured(
     typical = float(np.median([contact.rise for _, contact, _ in chosen]))
     step = sampling_interval(session.force)
     patience = _patience(session)
+    character = Character()
+    if not isinstance(session.speed, float):
+        first = int(np.searchsorted(session.speed.time, chosen[0][1].begin - round(1e9 * WINDOWS[0])))
+        character = character_of(session.speed.at(slice(first, first + BLOCK)), session.is_position)
     ends = [*(contact.first - 1 for _, contact, _ in chosen[1:]), session.force.time.size]
     cuts = []
     for (trial, contact, keep), limit in zip(chosen, ends, strict=True):
         time, force = cut_trace(session.force, contact, max(limit, contact.first + 1), options)
-        velocity = _velocity(session, contact.begin)
+        velocity = _velocity(session, contact.begin, character)
         pretension = _pretension(session, contact.begin)
         cut = Cut(trial, True, contact, time, force, velocity or UNKNOWN, pretension or UNKNOWN)
-        why = remarks(cut, typical, step)
+        why = remarks(cut, typical, step, options.separation_s)
         why += ["no speed was recorded before it"] if velocity is None else _stale(session, contact, patience)
         why += ["no pretension was recorded before it"] if pretension is None else []
         peak = impact_peak(cut, impact_time, options.tare) if time.size > 3 else None
@@ -60,14 +66,22 @@ def measured(
 
 
 def weighed(cuts: Sequence[Cut], decided: bool, options: Contacts) -> list[Cut]:
-    """The cuts, without those whose peak is far below their pretension unless the user has `decided`."""
+    """The cuts; those that no data set can hold, or that cannot be right beside the others, only where `decided`."""
+    nought = NOUGHT * max((cut.pretension.value for cut in cuts), default=0.0)
     done = []
     for cut in cuts:
         height = np.inf if cut.peak is None else cut.peak - (0.0 if options.tare else cut.contact.offset)
-        if height < LEAST_SHARE * cut.pretension.value:
-            why = f"its peak of {height:.3g} N is far below the pretension of {cut.pretension.value:.3g} N"
-            cut = replace(cut, keep=cut.keep and decided, remarks=(*cut.remarks, why))
-        done.append(cut)
+        f_p, v_e = cut.pretension, cut.velocity.value
+        why = []
+        if height < LEAST_SHARE * f_p.value:
+            why.append(f"its peak of {height:.3g} N is far below the pretension of {f_p.value:.3g} N")
+        if v_e > units.VELOCITY.high:
+            why.append(f"the velocity of {v_e:.4g} m/s is beyond {units.VELOCITY.high:g} m/s")
+        if f_p.value > units.PRETENSION.high:
+            why.append(f"the pretension of {f_p.value:.4g} N is beyond {units.PRETENSION.high:g} N")
+        if is_below_zero(f_p, nought):
+            why.append(f"the pretension is {f_p.value:.4g} N")
+        done.append(replace(cut, keep=cut.keep and (decided or not why), remarks=(*cut.remarks, *why)))
     return done
 
 
@@ -87,10 +101,16 @@ def _stale(session: Session, contact: Contact, patience: float) -> list[str]:
     return [f"the last speed before it is {1e3 * late:.3g} ms old"] if late > patience else []
 
 
-def _velocity(session: Session, begin: int) -> Estimate | None:
+def _velocity(session: Session, begin: int, character: Character) -> Estimate | None:
     if isinstance(session.speed, float):
         return Estimate(session.speed, 0.0)
-    return velocity_at(session.speed, session.is_position, begin)
+    found = velocity_at(session.speed, session.is_position, begin, character)
+    if found is None or not session.clock_std:
+        return found
+    # the clock was told by the robot slowing down, so contact may lie earlier but not later
+    early = velocity_at(session.speed, session.is_position, begin - round(1e9 * session.clock_std), character)
+    off = 0.0 if early is None else early.value - found.value
+    return Estimate(found.value, float(np.hypot(found.std, off)))
 
 
 def _pretension(session: Session, begin: int) -> Estimate | None:

@@ -6,6 +6,7 @@ from acf_jax.recording.level import DEBOUNCE
 from acf_jax.recording.series import Array
 
 LEAST_APPROACH = 20  # samples, as a data set wants
+SURE = LEAST_APPROACH - 4  # of them that surely lie before contact
 _OBVIOUS = 30.0  # standard deviations of the noise at which an onset needs no more samples
 _CANDIDATES = 60  # onsets that are compared at first; then those between the best and its neighbours
 _SAME = 3.0  # standard deviations of the noise that one level may seem to move

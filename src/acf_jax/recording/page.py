@@ -10,7 +10,7 @@ from acf_jax.recording.cut import Cut
 from acf_jax.recording.impacts import Impacts
 from acf_jax.recording.series import Array, Series
 from acf_jax.report.markup import Html, bullets, element, join, section, table
-from acf_jax.report.page import Part, page
+from acf_jax.report.page import Part, page, part
 from acf_jax.report.plot import Variant, axis, plain, plot, series
 
 BUCKETS = 3000  # of the whole recording; each shows its least and largest sample
@@ -20,11 +20,18 @@ MOST = 300  # cuts that the page carries sample by sample
 def import_page(impacts: Impacts, review: str | None, dataset: str) -> str:
     """The page. `review`, `dataset`: where cuts.yaml, if there is one, and the data set lie, as the user calls them."""
     name = impacts.session.path.name
+    cut = impacts.cuts
     parts = [
+        part(
+            "faults",
+            "Faults",
+            "Why no data set came of it",
+            bullets(impacts.faults) if impacts.faults else None,
+        ),
         Part("recording", "Recording", section("recording", "The whole recording", _whole(impacts))),
-        Part("cuts", "Cuts", section("cuts", "Each cut", _each(impacts), _table(impacts))),
+        Part("cuts", "Cuts", section("cuts", "Each cut", _each(impacts), _table(impacts))) if cut else None,
         Part("notes", "Notes", section("notes", "What was taken, and from where", _notes(impacts))),
-        Part("next", "Next", section("next", "What to do next", _next(review, dataset))),
+        Part("next", "Next", section("next", "What to do next", _next(impacts, review, dataset))),
     ]
     foot = element(
         "p",
@@ -32,7 +39,7 @@ def import_page(impacts: Impacts, review: str | None, dataset: str) -> str:
         " first contact.",
         class_="muted",
     )
-    return page(f"Import of {name}", _head(impacts), parts, foot)
+    return page(f"Import of {name}", _head(impacts), [part for part in parts if part], foot)
 
 
 def _head(impacts: Impacts) -> Html:
@@ -40,19 +47,23 @@ def _head(impacts: Impacts) -> Html:
     found, used = len(impacts.cuts), len(kept)
     session = impacts.session
     conditions = len({cut.condition for cut in kept})
-    step = np.median(np.diff(session.force.time[:100_000])) * 1e-9
-    tiles = (
-        ("Conditions", f"{conditions}"),
-        ("Contact velocity", _range([c.velocity.value for c in kept], "m/s")),
-        ("Pretension", _range([c.pretension.value for c in kept], "N")),
-        ("Noise before contact", f"{np.median([c.contact.noise_std for c in kept]):.2g} N"),
+    step = np.median(np.diff(session.force.time[:100_000])) * 1e-9 if session.force.time.size > 1 else np.nan
+    speeds = [v for c in kept or impacts.cuts if np.isfinite(v := c.velocity.value)]
+    pretensions = [p for c in kept or impacts.cuts if np.isfinite(p := c.pretension.value)]
+    noise = [c.contact.noise_std for c in kept or impacts.cuts]
+    tiles = [
+        ("Contacts" if impacts.faults else "Conditions", f"{found if impacts.faults else conditions}"),
+        ("Contact velocity", _range(speeds, "m/s")),
+        ("Pretension", _range(pretensions, "N")),
+        ("Noise before contact", f"{np.median(noise):.2g} N" if noise else "–"),
         ("Force sampled at", f"{1.0 / step:.4g} Hz"),
-    )
-    said = (
-        f"All {found} contacts go into the data set."
-        if used == found
-        else f"{used} of {found} contacts are kept."
-    )
+    ]
+    if impacts.faults:
+        said = f"No data set: {impacts.faults[0]}"
+    elif used == found:
+        said = f"All {found} contacts go into the data set."
+    else:
+        said = f"{used} of {found} contacts are kept."
     minutes = f"{session.duration:.1f} s" if session.duration < 120 else f"{session.duration / 60:.1f} min"
     facts = (
         element("div", element("dt", term), element("dd", value, class_="value")) for term, value in tiles
@@ -70,10 +81,10 @@ def _head(impacts: Impacts) -> Html:
 def _whole(impacts: Impacts) -> Html:
     session = impacts.session
     begin = int(session.force.time[0])
-    shown: list[dict[str, Any]] = [
-        _line(*envelope(session.force, begin), "force", "--recalibrated"),
-        _marks([c for c in impacts.cuts if c.keep], begin, "kept", "--corrected", "circle"),
-    ]
+    shown: list[dict[str, Any]] = [_line(*envelope(session.force, begin), "force", "--recalibrated")]
+    if kept := impacts.kept:
+        name = "can be used" if impacts.faults else "kept"
+        shown.append(_marks(kept, begin, name, "--corrected", "circle"))
     if dropped := [c for c in impacts.cuts if not c.keep]:
         shown.append(_marks(dropped, begin, "not kept", "--bad", "x"))
     layout: dict[str, Any] = {"xaxis": axis("time since the first force sample / s", domain=[0, 1])}
@@ -136,8 +147,8 @@ def _cut(cut: Cut) -> Variant:
         {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": offset - noise, "y1": offset + noise,
          "fillcolor": "--band", "line": {"width": 0}, "layer": "below"},
     ]  # fmt: skip
-    state = "" if cut.keep else ", not kept"
-    label = f"{cut.trial}: {cut.velocity.value:.4g} m/s, {cut.pretension.value:.4g} N{state}"
+    state = "" if cut.keep else "; not kept"
+    label = f"{cut.trial}: {cut.words}{state}"
     return Variant(label, [samples], {"shapes": shapes, "showlegend": False})
 
 
@@ -145,9 +156,8 @@ def _table(impacts: Impacts) -> Html:
     begin = int(impacts.session.force.time[0])
     rows = []
     for cut in impacts.cuts:
-        kept = (
-            element("span", "kept", class_="good") if cut.keep else element("span", "not kept", class_="bad")
-        )
+        word = "can be used" if impacts.faults else "kept"
+        kept = element("span", word, class_="good") if cut.keep else element("span", "not kept", class_="bad")
         v_e, f_p = cut.condition
         rows.append(
             (
@@ -157,7 +167,7 @@ def _table(impacts: Impacts) -> Html:
                 if np.isfinite(cut.velocity.value)
                 else "–",
                 f"{cut.pretension.value:.4g} N" if np.isfinite(cut.pretension.value) else "–",
-                f"{v_e:g} m/s, {f_p:g} N" if cut.keep else "–",
+                f"{v_e:g} m/s, {f_p:g} N" if cut.keep and not impacts.faults else "–",
                 f"{cut.contact.peak if cut.peak is None else cut.peak:.4g} N",
                 join([kept, f": {'; '.join(cut.remarks)}" if cut.remarks else ""]),
             )
@@ -179,24 +189,29 @@ def _notes(impacts: Impacts) -> Html:
         else f"{word}: {getattr(session, role):g}, as given"
         for role, word in words.items()
     ]
-    level = impacts.level
-    taken.append(
-        f"threshold: {level.threshold:.3g} N above the force just before, whose noise is {level.noise_std:.2g} N"
-    )
+    if (level := impacts.level) is not None:
+        taken.append(
+            f"threshold: {level.threshold:.3g} N above the force just before, whose noise is {level.noise_std:.2g} N"
+        )
     varied = {"velocity": impacts.velocity_spread, "pretension": impacts.pretension_spread}
     taken += [f"repeats vary by {100 * v:.2g} % in {word}" for word, v in varied.items() if v is not None]
     return bullets([*taken, *impacts.notes])
 
 
-def _next(review: str | None, dataset: str) -> Html:
+def _next(impacts: Impacts, review: str | None, dataset: str) -> Html:
     file = (
         f"Edit {review}"
         if review
         else "Import again with --review cuts.yaml, which writes that file; edit it"
     )
+    wrong = (
+        f"Is a cut wrong? {file}: keep: false drops it, keep: true keeps it, another contact_s moves it, a new line"
+        f" adds one; then import again with --review {review or 'cuts.yaml'}."
+    )
+    if impacts.faults:
+        return bullets(["Mend what stands above, then import again.", wrong])
     steps = (
-        f"Is a cut wrong? {file}: keep: false drops it, another contact_s moves it, a new line adds one; then"
-        f" import again with --review {review or 'cuts.yaml'}.",
+        wrong,
         "Is its rig described? dataset.yaml wants mass, damping and stiffnesses with their standard deviations.",
         f"python -m acf_jax diagnose {dataset} --out diagnosis",
     )
@@ -239,5 +254,7 @@ def _span(first: float, last: float) -> dict[str, Any]:
 
 
 def _range(values: Sequence[float], unit: str) -> str:
+    if not values:
+        return "–"
     low, high = f"{min(values):.3g}", f"{max(values):.3g}"
     return f"{low} to {high} {unit}" if low != high else f"{high} {unit}"

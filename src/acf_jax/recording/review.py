@@ -2,23 +2,32 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, Literal
 
 import yaml
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from acf_jax.dataset import units
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 from acf_jax.forms import Part, check_form
 from acf_jax.recording.cut import Cut
 
 SCHEMA = "acf-import-cuts/1"
+AUTO = "auto"  # nothing is decided
 HEAD = """\
 # The contacts of {recording}, by the time since its first force sample.
 # keep: false drops one; another contact_s moves it; a line less or more removes or adds one.
+# keep: auto decides nothing: the contact that is found there is kept if the checks find nothing odd.
 # This file decides at the next import with --review FILE.
 """
+
+
+def _decision(value: Any) -> bool | None:
+    if value != AUTO and not isinstance(value, bool):
+        what = "empty" if value is None else shown(value)
+        raise ValueError(f"is {what}; write true, false or {AUTO}")
+    return None if value == AUTO else value
 
 
 class Entry(Part):
@@ -26,7 +35,9 @@ class Entry(Part):
 
     trial: str = Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9_]([\w.+-]*\w)?$")
     contact_s: float = Field(ge=0, description="s, first contact since the first force sample")
-    keep: bool
+    keep: Annotated[bool | None, BeforeValidator(_decision)] = Field(
+        description="None: auto, as the checks find"
+    )
 
 
 class Review(Part):
@@ -56,23 +67,30 @@ def read_review(path: Path, recording: str, duration: float) -> Review:
         for e in review.cuts
         if e.contact_s > duration
     ]
-    if not any(entry.keep for entry in review.cuts):
+    if all(entry.keep is False for entry in review.cuts):
         faults.append(f"{path}: keeps no cut; set keep: true for at least three")
     if faults:
         raise InputError(faults)
     return review
 
 
-def check_kept(path: Path, kept: Sequence[Cut]) -> None:
-    """`InputError` where a contact that the user keeps is none for a data set: the robot does not approach there."""
-    faults = [
-        f"{path} trial {cut.trial!r}: the robot moves at {cut.velocity.value:.4g} m/s there, not towards the part; "
-        "correct contact_s, or set keep: false"
-        for cut in kept
-        if cut.velocity.value < units.VELOCITY.low
-    ]
-    if faults:
-        raise InputError(faults)
+def kept_faults(path: Path, kept: Sequence[Cut]) -> list[str]:
+    """Why contacts that the user keeps are none for a data set: no robot approaches like that."""
+    found = []
+    for cut in kept:
+        v_e = cut.velocity.value
+        if v_e < units.VELOCITY.low:
+            fault = f"the robot moves at {v_e:.4g} m/s there, not towards the part"
+        elif v_e > units.VELOCITY.high:
+            fault = f"the robot moves at {v_e:.4g} m/s there, beyond {units.VELOCITY.high:g} m/s"
+        elif units.PRETENSION.fault(max(cut.pretension.value, 0.0)):
+            fault = (
+                f"the pretension is {cut.pretension.value:.4g} N there, beyond {units.PRETENSION.high:g} N"
+            )
+        else:
+            continue
+        found.append(f"{path} trial {cut.trial!r}: {fault}; correct contact_s, or set keep: false")
+    return found
 
 
 def review_text(recording: str, entries: list[tuple[Entry, str]]) -> str:
@@ -85,7 +103,7 @@ def review_text(recording: str, entries: list[tuple[Entry, str]]) -> str:
         "cuts:",
     ]
     for entry, comment in entries:
-        keep = "true" if entry.keep else "false"
+        keep = AUTO if entry.keep is None else str(entry.keep).lower()
         trial = yaml.safe_dump(entry.trial).splitlines()[0]
         lines.append(f"  - {{trial: {trial}, contact_s: {entry.contact_s:.9f}, keep: {keep}}}  # {comment}")
     return "\n".join([*lines, ""])

@@ -1,6 +1,8 @@
 """The cuts of a recording as a gap data set."""
 
+import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import yaml
@@ -10,8 +12,8 @@ from acf_jax.dataset.description import SCHEMA
 from acf_jax.errors import InputError
 from acf_jax.files import write_text
 from acf_jax.recording.cut import Cut
-from acf_jax.recording.impacts import Impacts
-from acf_jax.recording.review import Entry, review_text
+from acf_jax.recording.impacts import Impacts, Refused
+from acf_jax.recording.review import AUTO, Entry, review_text
 from acf_jax.recording.rig import MEASURED, TEMPLATE, RigFile
 
 COLUMNS = (
@@ -23,7 +25,7 @@ COLUMNS = (
 def write_impacts(folder: Path, impacts: Impacts, rig: RigFile | None) -> None:
     """Write dataset.yaml, trials.csv and traces/; with a rig the result is read back as `diagnose` would.
 
-    **Raises:** `InputError` when what was written is no sound data set.
+    **Raises:** `Refused` when what was written is no sound data set.
     """
     write_text(folder / "dataset.yaml", _description(impacts, rig))
     write_text(folder / "trials.csv", "\n".join([COLUMNS, *(_row(impacts, cut) for cut in impacts.kept), ""]))
@@ -33,7 +35,17 @@ def write_impacts(folder: Path, impacts: Impacts, rig: RigFile | None) -> None:
         try:
             read_dataset(folder)
         except InputError as error:
-            raise InputError([fault.replace(f"{folder}/", "") for fault in error.faults]) from None
+            faults = tuple(_of_contact(fault.replace(f"{folder}/", ""), impacts) for fault in error.faults)
+            raise Refused(replace(impacts, faults=faults)) from None
+
+
+def _of_contact(fault: str, impacts: Impacts) -> str:
+    """A fault of the data set with the contact in place of a row or a file that is not there."""
+    for cut in impacts.kept:
+        contact = f"contact at {_seconds(impacts, cut):.6g} s (trial {cut.trial!r})"
+        fault = re.sub(rf"^trials\.csv row \d+ \(trial {re.escape(repr(cut.trial))}\)", contact, fault)
+        fault = re.sub(rf"^traces/{re.escape(cut.trial)}\.csv( row \d+)?(?=\W)", contact, fault)
+    return fault
 
 
 def trace_text(cut: Cut) -> str:
@@ -43,10 +55,12 @@ def trace_text(cut: Cut) -> str:
 
 
 def review_of(impacts: Impacts) -> str:
-    """cuts.yaml of what was found."""
-    entries = [
-        (Entry(trial=c.trial, contact_s=_seconds(impacts, c), keep=c.keep), _comment(c)) for c in impacts.cuts
-    ]
+    """cuts.yaml of what was found; where no data set came of it nothing is decided."""
+    entries = []
+    for cut in impacts.cuts:
+        keep = AUTO if impacts.faults else cut.keep
+        entry = Entry.model_validate({"trial": cut.trial, "contact_s": _seconds(impacts, cut), "keep": keep})
+        entries.append((entry, _comment(cut)))
     return review_text(impacts.session.path.name, entries)
 
 
@@ -86,5 +100,4 @@ def _seconds(impacts: Impacts, cut: Cut) -> float:
 
 
 def _comment(cut: Cut) -> str:
-    speed = f"{cut.velocity.value:.4g} m/s, {cut.pretension.value:.4g} N, peak {cut.contact.peak:.4g} N"
-    return "; ".join([speed, *cut.remarks])
+    return "; ".join([cut.words, *cut.remarks])
