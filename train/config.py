@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any, Literal, Self
 
-import yaml
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from acf_jax.documents import parse_yaml, yaml_text
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
 from acf_jax.forms import Part, check_form
@@ -216,7 +216,7 @@ def read_config(path: Path, changes: tuple[str, ...] = ()) -> AnyConfig:
 
 def to_yaml(config: AnyConfig) -> str:
     """The configuration with every default written out."""
-    return yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False)
+    return yaml_text(config.model_dump(mode="json"))
 
 
 def _apply(values: dict[str, Any], change: str) -> str | None:
@@ -230,9 +230,9 @@ def _apply(values: dict[str, Any], change: str) -> str | None:
         if not isinstance(values, dict):
             return f"--set {change}: '{parent}' has no keys below it; shorten the key"
     try:
-        values[last] = yaml.safe_load(text)
-    except yaml.YAMLError:
-        return f"--set {change}: '{text}' is not a YAML value; quote it"
+        values[last] = parse_yaml(text, f"--set {change}")
+    except InputError as error:
+        return error.faults[0]
     return None
 
 
