@@ -1,17 +1,31 @@
-"""CSV files as rows of text, with every fault of their form collected."""
+"""CSV files as rows of text or as columns of numbers, with every fault of their form collected."""
 
 import csv
 import io
 import math
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from acf_jax.errors import InputError, shown, suggestion
-from acf_jax.files import read_text
+from acf_jax.files import read_bytes
 
 _LARGEST = 1e100  # beyond it no measurement lies, and squares overflow
 _SHOWN = 8  # faults shown of one file; a wrong column would fill the screen otherwise
+_MOST_FAULTS = 1000  # after which a file is not read on
+_MOST_COLUMNS = 1000
+_MOST_CELLS = 1_000_000  # of a table whose cells are kept as text: a few hundred megabytes of memory
+_LONGEST_ROW = 1_000_000  # characters; its cells take up to fifty times as much memory
+_CHUNK = 10_000  # rows whose numbers are converted together
+
+Record = tuple[int, list[str]]  # line in the file, and cells
 
 
 @dataclass(frozen=True)
@@ -24,12 +38,17 @@ class Row:
 
 @dataclass
 class Table:
-    """The rows of a CSV file, and the faults met while they are read."""
+    """What was read of a CSV file, and the faults met while it is looked at."""
 
     path: Path
     columns: tuple[str, ...] = ()
     rows: list[Row] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether there are so many faults that no more need to be found."""
+        return len(self.faults) >= _MOST_FAULTS
 
     def fault(self, where: str, what: str) -> None:
         """Note a fault at `where` (a row, a column; empty for the file)."""
@@ -37,25 +56,33 @@ class Table:
 
     def number(self, row: Row, column: str, where: str = "") -> float | None:
         """The finite number in a cell; None, and a fault, when there is none."""
-        text = row.cells[column]
-        try:
-            value = math.nan if "_" in text else float(text)
-        except ValueError:
-            value = math.nan
-            what = "is empty" if not text else f"is {shown(text)}, not a number"
-        else:
-            too_large = "larger than any measurement" if math.isfinite(value) else "not a finite number"
-            what = f"is {shown(text)}, {too_large}"
-        if abs(value) < _LARGEST:
+        return self.value(row.cells[column], column, where or f"row {row.number}")
+
+    def value(self, text: str, column: str, where: str) -> float | None:
+        """The same of a cell's text."""
+        value = _value(text)
+        if value is not None and abs(value) < _LARGEST:
             return value
-        self.fault(where or f"row {row.number}", f"{column} {what}; give a number such as 1.5e-3")
+        what = "is empty" if not text else f"is {shown(text)}, not a number"
+        if value is not None:
+            size = "larger than any measurement" if math.isfinite(value) else "not a finite number"
+            what = f"is {shown(text)}, {size}"
+        self.fault(where, f"{column} {what}; give a number such as 1.5e-3")
         return None
 
     def shown_faults(self) -> list[str]:
         """The first faults in full, and how many more there are."""
         rest = len(self.faults) - _SHOWN
-        more = [f"{self.path}: {rest} more faults of this file are not shown; correct these first"]
+        count = f"{'at least ' * self.is_hopeless}{rest} more faults"
+        more = [f"{self.path}: {count} of this file are not shown; correct these first"]
         return self.faults[:_SHOWN] + (more if rest > 0 else [])
+
+
+class Columns(NamedTuple):
+    """The numbers of a table whose rows are not kept as text."""
+
+    lines: NDArray[np.int64]  # (N,) each row's line in the file
+    values: NDArray[np.float64]  # (N, columns)
 
 
 def read_table(path: Path, required: Sequence[str]) -> Table:
@@ -64,52 +91,149 @@ def read_table(path: Path, required: Sequence[str]) -> Table:
     Blank lines and empty columns at the right are skipped, cells lose the blanks around them.
     """
     table = Table(path)
+    with _noting_faults(table):
+        records = _records(path)
+        _read_header(table, records, required)
+        count = 0
+        for number, cells in _whole_rows(table, records):
+            count += len(cells)
+            if count > _MOST_CELLS:
+                raise InputError(
+                    f"{path}: holds more than {_MOST_CELLS:,} cells; split it into several tables"
+                )
+            table.rows.append(Row(number, dict(zip(table.columns, cells, strict=True))))
+    return table
+
+
+def read_columns(path: Path, columns: Sequence[str]) -> tuple[Table, Columns]:
+    """Read columns of numbers from a CSV file of any length; the rest is as in `read_table`, but for its `rows`.
+
+    Every number is finite where the table has no faults.
+    """
+    table, chunks = Table(path), [Columns(np.empty(0, np.int64), np.empty((0, len(columns))))]
+    with _noting_faults(table):
+        records = _records(path)
+        _read_header(table, records, columns)
+        if all(column in table.columns for column in columns):
+            places = [table.columns.index(column) for column in columns]
+            while (chunk := list(islice(records, _CHUNK))) and not table.is_hopeless:
+                chunks.append(
+                    _plain_numbers(chunk, places, len(table.columns)) or _numbers(table, chunk, places)
+                )
+    return table, Columns(*map(np.concatenate, zip(*chunks, strict=True)))
+
+
+def _value(text: str) -> float | None:
+    """The number that a text writes in decimal digits."""
     try:
-        _fill(table, read_text(path), required)
+        return float(text) if text.isascii() and "_" not in text else None
+    except ValueError:
+        return None
+
+
+def _plain_numbers(chunk: list[Record], places: list[int], width: int) -> Columns | None:
+    """The numbers of many rows at once; None where any of them must be looked at."""
+    if any(len(cells) != width for _, cells in chunk):
+        return None
+    found = np.empty((len(chunk), len(places)))
+    for column, place in enumerate(places):
+        texts = [cells[place] for _, cells in chunk]
+        together = "".join(texts)
+        if "_" in together or not together.isascii():
+            return None
+        try:
+            found[:, column] = [float(text) for text in texts]
+        except ValueError:
+            return None
+    if not (np.abs(found) < _LARGEST).all():
+        return None
+    return Columns(np.array([number for number, _ in chunk], np.int64), found)
+
+
+def _numbers(table: Table, chunk: list[Record], places: list[int]) -> Columns:
+    """The same row by row; faults go to the table."""
+    lines, values = [], []
+    for number, cells in _whole_rows(table, chunk):
+        found = [table.value(cells[i], table.columns[i], f"row {number}") for i in places]
+        lines.append(number)
+        values.append([math.nan if value is None else value for value in found])
+    return Columns(np.array(lines, np.int64), np.array(values, float).reshape(len(lines), len(places)))
+
+
+@contextmanager
+def _noting_faults(table: Table) -> Iterator[None]:
+    """What cannot be read at all becomes a fault of the table."""
+    try:
+        yield
     except InputError as error:
         table.faults.extend(error.faults)
     except csv.Error as error:
         table.fault("", f"is not a CSV table ({error}); save it as comma-separated text")
-    return table
+    except UnicodeDecodeError as error:
+        table.fault("", f"is not UTF-8 text ({error.reason}); save it as UTF-8")
 
 
-def _fill(table: Table, text: str, required: Sequence[str]) -> None:
-    records = _records(text)
-    _, header = next(records, (0, []))
+def _read_header(table: Table, records: Iterator[Record], required: Sequence[str]) -> None:
+    header = next((found for _, cells in records if (found := _stripped(cells))), [])
     if not header:
-        return table.fault("", f"is empty; its first line must be {','.join(required)}")
+        raise InputError(f"{table.path}: is empty; its first line must be {','.join(required)}")
+    if len(header) > _MOST_COLUMNS:
+        raise InputError(
+            f"{table.path}: has more than {_MOST_COLUMNS:,} columns; remove those that are not needed"
+        )
     table.columns = tuple(header)
     for column in required:
         if column not in header:
             separated = any(c in "".join(header) for c in ";\t") and len(header) == 1
             hint = "; separate cells by commas" if separated else suggestion(column, header)
             table.fault("", f"column '{column}' is missing{hint or '; add it to the first line'}")
-    for column in dict.fromkeys(c for c in header if c and header.count(c) > 1):
-        table.fault("", f"column {shown(column)} is there twice; remove one")
+    for column, count in Counter(header).items():
+        if column and count > 1:
+            table.fault("", f"column {shown(column)} is there twice; remove one")
+
+
+def _whole_rows(table: Table, records: Iterable[Record]) -> Iterator[Record]:
+    """The rows that are not blank and have a cell for each column, stripped; others are faults of the table."""
+    width = len(table.columns)
     for number, cells in records:
-        if len(cells) > len(header):
-            remedy = "write decimals with a point and quote text that holds commas"
-            table.fault(f"row {number}", f"has {len(cells)} cells, not {len(header)}; {remedy}")
-        elif len(cells) < len(header):
-            remedy = "fill the row; the file may be cut off"
-            table.fault(f"row {number}", f"has {len(cells)} cells, not {len(header)}; {remedy}")
-        else:
-            table.rows.append(Row(number, dict(zip(header, cells, strict=True))))
-
-
-def _records(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Line number and stripped cells of each line that is not blank."""
-    width = None
-    lines = csv.reader(io.StringIO(text), strict=True)
-    for cells in lines:
-        cells = [cell.strip() for cell in cells]
-        if not any(cells):
+        cells = _stripped(cells, width)
+        if not cells or table.is_hopeless:
             continue
-        if width is None:
-            while cells and not cells[-1]:
-                cells.pop()
-            width = len(cells)
-        else:
-            while len(cells) > width and not cells[-1]:
-                cells.pop()
-        yield lines.line_num, cells
+        if len(cells) == width:
+            yield number, cells
+            continue
+        remedy = "fill the row; the file may be cut off"
+        if len(cells) > width:
+            remedy = "write decimals with a point and quote text that holds commas"
+        table.fault(f"row {number}", f"has {len(cells)} cells, not {width}; {remedy}")
+
+
+def _stripped(cells: list[str], width: int = 0) -> list[str]:
+    """Cells without the blanks around them, and without empty ones at the right beyond `width`; none of a blank row."""
+    cells = [cell.strip() for cell in cells]
+    if not any(cells):
+        return []
+    while len(cells) > width and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _records(path: Path) -> Iterator[Record]:
+    """The records of a file as they stand there; `InputError` for one that is too long to be a row."""
+    file = io.TextIOWrapper(io.BytesIO(read_bytes(path)), "utf-8-sig")
+    length = 0  # of the record that is being read, which may span lines
+
+    def lines() -> Iterator[str]:
+        nonlocal length
+        while line := file.readline(_LONGEST_ROW + 1 - length):
+            length += len(line)
+            if length > _LONGEST_ROW:
+                where = f"{path} row {reader.line_num + 1}"
+                raise InputError(f"{where}: is longer than {_LONGEST_ROW:,} characters; write a row a line")
+            yield line
+
+    reader = csv.reader(lines(), strict=True)
+    for cells in reader:
+        length = 0
+        if cells:
+            yield reader.line_num, cells
