@@ -12,14 +12,14 @@ class InputError(ValueError):
     """
 
     def __init__(self, faults: Sequence[str] | str):
-        self.faults = [_one_line(fault) for fault in ([faults] if isinstance(faults, str) else faults)]
+        self.faults = [one_line(fault) for fault in ([faults] if isinstance(faults, str) else faults)]
         super().__init__("\n".join(self.faults))
 
 
 _LONGEST = 1000  # characters of a message; its end, the remedy, is kept
 
 
-def _one_line(fault: str) -> str:
+def one_line(fault: str) -> str:
     """A message with whatever a file brought into it, a key with a line break for example, on one line."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in fault)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]}...{text[-_LONGEST // 2 :]}"
