@@ -107,7 +107,7 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, Ans
     if not (folder / SEAL).exists():
         return {name: read_answer(folder / name) for name in names}
     seal, content = _read_seal(folder)
-    hashes = {}
+    answers, hashes = _unpack(folder / ANSWERS, content, names), {}
     for name in names:
         file = results / name / DIAGNOSIS
         if file.stat().st_mtime < seal.sealed_at:
@@ -124,7 +124,7 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, Ans
             )
     else:
         write_text(record, json.dumps({"opened_at": time.time(), "diagnoses": hashes}, indent=1) + "\n")
-    return _unpack(folder / ANSWERS, content, names)
+    return answers
 
 
 def _read_seal(folder: Path) -> tuple[Seal, bytes]:
