@@ -201,4 +201,7 @@ def _document(name: str, content: bytes) -> tuple[Any, Any]:
     """The value of a document, and what writes another one in its place."""
     line, newline, body = content.partition(b"\n") if name.endswith(".eqx") else (content, b"", b"")
     value = parse_yaml(line.decode(), name) if name.endswith(".yaml") else json.loads(line)
-    return value, lambda value: json.dumps(value).encode() + newline + body  # JSON is YAML, written much faster
+    return (
+        value,
+        lambda value: json.dumps(value).encode() + newline + body,
+    )  # JSON is YAML, written much faster

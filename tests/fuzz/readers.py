@@ -321,7 +321,9 @@ def judged(folder: Path) -> None:
 
 def logged() -> Files:
     """A recording of contacts that make a data set."""
-    files = content_of(lambda folder: (folder.mkdir(), write_csv(folder / "log.csv", made(1, FEW, rate=2000.0))))
+    files = content_of(
+        lambda folder: (folder.mkdir(), write_csv(folder / "log.csv", made(1, FEW, rate=2000.0)))
+    )
     return {**files, "rig.yaml": RIG.encode()}
 
 

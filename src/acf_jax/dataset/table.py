@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -23,7 +24,9 @@ _MOST_FAULTS = 1000  # after which a file is not read on
 _MOST_COLUMNS = 1000
 _MOST_CELLS = 1_000_000  # of a table whose cells are kept as text: a few hundred megabytes of memory
 _LONGEST_ROW = 1_000_000  # characters; its cells take up to fifty times as much memory
-_CHUNK = 10_000  # rows whose numbers are converted together
+_MOST_ROWS = 20_000_000  # of a table of numbers
+_BLOCK = 1_000_000  # characters that are looked at together
+_CHUNK = 10_000  # and rows
 
 Record = tuple[int, list[str]]  # line in the file, and cells
 
@@ -92,7 +95,7 @@ def read_table(path: Path, required: Sequence[str]) -> Table:
     """
     table = Table(path)
     with _noting_faults(table):
-        records = _records(path)
+        records = _records(path, _opened(path))
         _read_header(table, records, required)
         count = 0
         for number, cells in _whole_rows(table, records):
@@ -106,21 +109,45 @@ def read_table(path: Path, required: Sequence[str]) -> Table:
 
 
 def read_columns(path: Path, columns: Sequence[str]) -> tuple[Table, Columns]:
-    """Read columns of numbers from a CSV file of any length; the rest is as in `read_table`, but for its `rows`.
+    """Read columns of numbers from a long CSV file; the rest is as in `read_table`, but for its `rows`.
 
     Every number is finite where the table has no faults.
     """
-    table, chunks = Table(path), [Columns(np.empty(0, np.int64), np.empty((0, len(columns))))]
+    table, parts = Table(path), [Columns(np.empty(0, np.int64), np.empty((0, len(columns))))]
     with _noting_faults(table):
-        records = _records(path)
-        _read_header(table, records, columns)
+        file = _opened(path)
+        line = _read_header(table, _records(path, file), columns)
         if all(column in table.columns for column in columns):
             places = [table.columns.index(column) for column in columns]
+            count = 0
+            for part in _parts(table, file, line, places):
+                parts.append(part)
+                count += part.lines.size
+                if count > _MOST_ROWS:
+                    raise InputError(f"{path}: holds more than {_MOST_ROWS:,} rows; cut it to what is needed")
+    return table, Columns(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _parts(table: Table, file: io.TextIOWrapper, line: int, places: list[int]) -> Iterator[Columns]:
+    """The numbers behind so many lines of a file, part by part: all at once where rows hold nothing but numbers."""
+    while not table.is_hopeless:
+        begin = file.tell()
+        block = file.read(_BLOCK) + file.readline(_LONGEST_ROW + 1)
+        if not block:
+            return
+        if '"' in block:  # a cell may go on beyond the block
+            file.seek(begin)
+            records = _records(table.path, file, line)
             while (chunk := list(islice(records, _CHUNK))) and not table.is_hopeless:
-                chunks.append(
-                    _plain_numbers(chunk, places, len(table.columns)) or _numbers(table, chunk, places)
-                )
-    return table, Columns(*map(np.concatenate, zip(*chunks, strict=True)))
+                yield _numbers(table, chunk, places)
+            return
+        rows = block.removesuffix("\n").split("\n")
+        values = _plain_numbers(rows, len(table.columns))
+        if values is None:
+            yield _numbers(table, _records(table.path, io.StringIO(block), line), places)
+        else:
+            yield Columns(np.arange(line + 1, line + 1 + len(rows)), values[:, places])
+        line += len(rows)
 
 
 def _value(text: str) -> float | None:
@@ -131,29 +158,21 @@ def _value(text: str) -> float | None:
         return None
 
 
-def _plain_numbers(chunk: list[Record], places: list[int], width: int) -> Columns | None:
-    """The numbers of many rows at once; None where any of them must be looked at."""
-    if any(len(cells) != width for _, cells in chunk):
+def _plain_numbers(rows: list[str], width: int) -> NDArray[np.float64] | None:
+    """All cells of rows without quotes; None where any is no number, or any row is blank or has another width."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of rows that are all blank
+            values = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
+    except ValueError:
         return None
-    found = np.empty((len(chunk), len(places)))
-    for column, place in enumerate(places):
-        texts = [cells[place] for _, cells in chunk]
-        together = "".join(texts)
-        if "_" in together or not together.isascii():
-            return None
-        try:
-            found[:, column] = [float(text) for text in texts]
-        except ValueError:
-            return None
-    if not (np.abs(found) < _LARGEST).all():
-        return None
-    return Columns(np.array([number for number, _ in chunk], np.int64), found)
+    return values if values.shape == (len(rows), width) and (np.abs(values) < _LARGEST).all() else None
 
 
-def _numbers(table: Table, chunk: list[Record], places: list[int]) -> Columns:
-    """The same row by row; faults go to the table."""
+def _numbers(table: Table, records: Iterable[Record], places: list[int]) -> Columns:
+    """The numbers of any rows; faults go to the table."""
     lines, values = [], []
-    for number, cells in _whole_rows(table, chunk):
+    for number, cells in _whole_rows(table, records):
         found = [table.value(cells[i], table.columns[i], f"row {number}") for i in places]
         lines.append(number)
         values.append([math.nan if value is None else value for value in found])
@@ -173,8 +192,11 @@ def _noting_faults(table: Table) -> Iterator[None]:
         table.fault("", f"is not UTF-8 text ({error.reason}); save it as UTF-8")
 
 
-def _read_header(table: Table, records: Iterator[Record], required: Sequence[str]) -> None:
-    header = next((found for _, cells in records if (found := _stripped(cells))), [])
+def _read_header(table: Table, records: Iterator[Record], required: Sequence[str]) -> int:
+    """Take the header, whatever blank lines are before it; the number of its line."""
+    line, header = next(
+        ((number, found) for number, cells in records if (found := _stripped(cells))), (0, [])
+    )
     if not header:
         raise InputError(f"{table.path}: is empty; its first line must be {','.join(required)}")
     if len(header) > _MOST_COLUMNS:
@@ -190,6 +212,7 @@ def _read_header(table: Table, records: Iterator[Record], required: Sequence[str
     for column, count in Counter(header).items():
         if column and count > 1:
             table.fault("", f"column {shown(column)} is there twice; remove one")
+    return line
 
 
 def _whole_rows(table: Table, records: Iterable[Record]) -> Iterator[Record]:
@@ -218,9 +241,13 @@ def _stripped(cells: list[str], width: int = 0) -> list[str]:
     return cells
 
 
-def _records(path: Path) -> Iterator[Record]:
-    """The records of a file as they stand there; `InputError` for one that is too long to be a row."""
-    file = io.TextIOWrapper(io.BytesIO(read_bytes(path)), "utf-8-sig")
+def _opened(path: Path) -> io.TextIOWrapper:
+    """A file's text, its line ends as Python's."""
+    return io.TextIOWrapper(io.BytesIO(read_bytes(path)), "utf-8-sig")
+
+
+def _records(path: Path, file: io.TextIOBase, before: int = 0) -> Iterator[Record]:
+    """The records of a text behind so many lines; `InputError` for one that is too long to be a row."""
     length = 0  # of the record that is being read, which may span lines
 
     def lines() -> Iterator[str]:
@@ -228,7 +255,7 @@ def _records(path: Path) -> Iterator[Record]:
         while line := file.readline(_LONGEST_ROW + 1 - length):
             length += len(line)
             if length > _LONGEST_ROW:
-                where = f"{path} row {reader.line_num + 1}"
+                where = f"{path} row {before + reader.line_num + 1}"
                 raise InputError(f"{where}: is longer than {_LONGEST_ROW:,} characters; write a row a line")
             yield line
 
@@ -236,4 +263,4 @@ def _records(path: Path) -> Iterator[Record]:
     for cells in reader:
         length = 0
         if cells:
-            yield reader.line_num, cells
+            yield before + reader.line_num, cells
