@@ -9,9 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from impacts import write
 
+from acf_jax.dataset import columns as long
 from acf_jax.dataset import read_dataset
 from acf_jax.dataset import table as module
-from acf_jax.dataset.table import read_columns, read_table
+from acf_jax.dataset.columns import read_columns
+from acf_jax.dataset.table import read_table
 from acf_jax.errors import InputError
 
 COLUMNS = ("time_s", "force_n")
@@ -30,8 +32,8 @@ def test_columns_of_numbers_are_those_of_the_rows(rows: list[list[str]], header:
     path = Path("table.csv")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "read_bytes", lambda _: text.encode())
-        patch.setattr(module, "_BLOCK", 5)
-        patch.setattr(module, "_CHUNK", 3)
+        patch.setattr(long, "_BLOCK", 5)
+        patch.setattr(long, "_CHUNK", 3)
         table, (lines, values) = read_columns(path, COLUMNS)
         expected = read_table(path, COLUMNS)
     numbers = [[expected.number(row, column) for column in COLUMNS] for row in expected.rows]
@@ -103,7 +105,7 @@ def test_too_many_cells_to_keep_as_text(tmp_path, monkeypatch) -> None:
 
 
 def test_too_many_rows(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(module, "_MOST_ROWS", 1000)
+    monkeypatch.setattr(long, "_MOST_ROWS", 1000)
     (tmp_path / "table.csv").write_text("a,b\n" + "1,2\n" * 1001)
     assert read_columns(tmp_path / "table.csv", ("a",))[0].faults == [
         f"{tmp_path / 'table.csv'}: holds more than 1,000 rows; cut it to what is needed"

@@ -8,7 +8,7 @@ import numpy as np
 from acf_jax.blind.answer import Answer, Failed, Said
 from acf_jax.blind.plan import WEAK
 from acf_jax.dataset import read_conditions, read_dataset
-from acf_jax.dataset.table import read_columns
+from acf_jax.dataset.columns import read_columns
 from acf_jax.diagnosis.model_file import GapModel, read_model
 from acf_jax.diagnosis.predict import predict
 from acf_jax.effects import library

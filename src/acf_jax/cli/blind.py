@@ -29,7 +29,7 @@ GOES_ON = "the same command goes on where it was"
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for data sets, diagnoses and score.")
 @click.option("--seed", default=1, show_default=True, type=SEED, help="Of all that is drawn.")
 @click.option(
-    "--cases", default=40, show_default=True, type=click.IntRange(3, 100_000), help="Data sets to draw."
+    "--cases", default=40, show_default=True, type=click.IntRange(3, 10_000), help="Data sets to draw."
 )
 @click.option(
     "--world",

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from acf_jax.dataset import units
+from acf_jax.dataset.columns import read_columns
 from acf_jax.dataset.description import read_description
-from acf_jax.dataset.table import Row, Table, read_columns, read_table
+from acf_jax.dataset.table import Row, Table, read_table
 from acf_jax.dataset.trials import Array, GapDataset, Measurement, RigPrior, Trace, Trial
 from acf_jax.errors import InputError, shown
 from acf_jax.files import inside

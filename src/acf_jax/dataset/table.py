@@ -1,32 +1,23 @@
-"""CSV files as rows of text or as columns of numbers, with every fault of their form collected."""
+"""CSV files as rows of text, with every fault of their form collected."""
 
 import csv
 import io
 import math
-import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.files import read_bytes
 
-_LARGEST = 1e100  # beyond it no measurement lies, and squares overflow
+LARGEST = 1e100  # beyond it no measurement lies, and squares overflow
 _SHOWN = 8  # faults shown of one file; a wrong column would fill the screen otherwise
 _MOST_FAULTS = 1000  # after which a file is not read on
 _MOST_COLUMNS = 1000
 _MOST_CELLS = 1_000_000  # of a table whose cells are kept as text: a few hundred megabytes of memory
-_LONGEST_ROW = 1_000_000  # characters; its cells take up to fifty times as much memory
-_MOST_ROWS = 20_000_000  # of a table of numbers
-_BLOCK = 1_000_000  # characters that are looked at together
-_CHUNK = 10_000  # and rows
+LONGEST_ROW = 1_000_000  # characters; its cells take up to fifty times as much memory
 
 Record = tuple[int, list[str]]  # line in the file, and cells
 
@@ -64,7 +55,7 @@ class Table:
     def value(self, text: str, column: str, where: str) -> float | None:
         """The same of a cell's text."""
         value = _value(text)
-        if value is not None and abs(value) < _LARGEST:
+        if value is not None and abs(value) < LARGEST:
             return value
         what = "is empty" if not text else f"is {shown(text)}, not a number"
         if value is not None:
@@ -81,24 +72,17 @@ class Table:
         return self.faults[:_SHOWN] + (more if rest > 0 else [])
 
 
-class Columns(NamedTuple):
-    """The numbers of a table whose rows are not kept as text."""
-
-    lines: NDArray[np.int64]  # (N,) each row's line in the file
-    values: NDArray[np.float64]  # (N, columns)
-
-
 def read_table(path: Path, required: Sequence[str]) -> Table:
     """Read a CSV file with a header; faults of its form are in the result.
 
     Blank lines and empty columns at the right are skipped, cells lose the blanks around them.
     """
     table = Table(path)
-    with _noting_faults(table):
-        records = _records(path, _opened(path))
-        _read_header(table, records, required)
+    with noting_faults(table):
+        records = records_of(path, opened(path))
+        read_header(table, records, required)
         count = 0
-        for number, cells in _whole_rows(table, records):
+        for number, cells in whole_rows(table, records):
             count += len(cells)
             if count > _MOST_CELLS:
                 raise InputError(
@@ -106,48 +90,6 @@ def read_table(path: Path, required: Sequence[str]) -> Table:
                 )
             table.rows.append(Row(number, dict(zip(table.columns, cells, strict=True))))
     return table
-
-
-def read_columns(path: Path, columns: Sequence[str]) -> tuple[Table, Columns]:
-    """Read columns of numbers from a long CSV file; the rest is as in `read_table`, but for its `rows`.
-
-    Every number is finite where the table has no faults.
-    """
-    table, parts = Table(path), [Columns(np.empty(0, np.int64), np.empty((0, len(columns))))]
-    with _noting_faults(table):
-        file = _opened(path)
-        line = _read_header(table, _records(path, file), columns)
-        if all(column in table.columns for column in columns):
-            places = [table.columns.index(column) for column in columns]
-            count = 0
-            for part in _parts(table, file, line, places):
-                parts.append(part)
-                count += part.lines.size
-                if count > _MOST_ROWS:
-                    raise InputError(f"{path}: holds more than {_MOST_ROWS:,} rows; cut it to what is needed")
-    return table, Columns(*map(np.concatenate, zip(*parts, strict=True)))
-
-
-def _parts(table: Table, file: io.TextIOWrapper, line: int, places: list[int]) -> Iterator[Columns]:
-    """The numbers behind so many lines of a file, part by part: all at once where rows hold nothing but numbers."""
-    while not table.is_hopeless:
-        begin = file.tell()
-        block = file.read(_BLOCK) + file.readline(_LONGEST_ROW + 1)
-        if not block:
-            return
-        if '"' in block:  # a cell may go on beyond the block
-            file.seek(begin)
-            records = _records(table.path, file, line)
-            while (chunk := list(islice(records, _CHUNK))) and not table.is_hopeless:
-                yield _numbers(table, chunk, places)
-            return
-        rows = block.removesuffix("\n").split("\n")
-        values = _plain_numbers(rows, len(table.columns))
-        if values is None:
-            yield _numbers(table, _records(table.path, io.StringIO(block), line), places)
-        else:
-            yield Columns(np.arange(line + 1, line + 1 + len(rows)), values[:, places])
-        line += len(rows)
 
 
 def _value(text: str) -> float | None:
@@ -158,29 +100,8 @@ def _value(text: str) -> float | None:
         return None
 
 
-def _plain_numbers(rows: list[str], width: int) -> NDArray[np.float64] | None:
-    """All cells of rows without quotes; None where any is no number, or any row is blank or has another width."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of rows that are all blank
-            values = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
-    except ValueError:
-        return None
-    return values if values.shape == (len(rows), width) and (np.abs(values) < _LARGEST).all() else None
-
-
-def _numbers(table: Table, records: Iterable[Record], places: list[int]) -> Columns:
-    """The numbers of any rows; faults go to the table."""
-    lines, values = [], []
-    for number, cells in _whole_rows(table, records):
-        found = [table.value(cells[i], table.columns[i], f"row {number}") for i in places]
-        lines.append(number)
-        values.append([math.nan if value is None else value for value in found])
-    return Columns(np.array(lines, np.int64), np.array(values, float).reshape(len(lines), len(places)))
-
-
 @contextmanager
-def _noting_faults(table: Table) -> Iterator[None]:
+def noting_faults(table: Table) -> Iterator[None]:
     """What cannot be read at all becomes a fault of the table."""
     try:
         yield
@@ -192,7 +113,7 @@ def _noting_faults(table: Table) -> Iterator[None]:
         table.fault("", f"is not UTF-8 text ({error.reason}); save it as UTF-8")
 
 
-def _read_header(table: Table, records: Iterator[Record], required: Sequence[str]) -> int:
+def read_header(table: Table, records: Iterator[Record], required: Sequence[str]) -> int:
     """Take the header, whatever blank lines are before it; the number of its line."""
     line, header = next(
         ((number, found) for number, cells in records if (found := _stripped(cells))), (0, [])
@@ -215,7 +136,7 @@ def _read_header(table: Table, records: Iterator[Record], required: Sequence[str
     return line
 
 
-def _whole_rows(table: Table, records: Iterable[Record]) -> Iterator[Record]:
+def whole_rows(table: Table, records: Iterable[Record]) -> Iterator[Record]:
     """The rows that are not blank and have a cell for each column, stripped; others are faults of the table."""
     width = len(table.columns)
     for number, cells in records:
@@ -241,22 +162,22 @@ def _stripped(cells: list[str], width: int = 0) -> list[str]:
     return cells
 
 
-def _opened(path: Path) -> io.TextIOWrapper:
+def opened(path: Path) -> io.TextIOWrapper:
     """A file's text, its line ends as Python's."""
     return io.TextIOWrapper(io.BytesIO(read_bytes(path)), "utf-8-sig")
 
 
-def _records(path: Path, file: io.TextIOBase, before: int = 0) -> Iterator[Record]:
+def records_of(path: Path, file: io.TextIOBase, before: int = 0) -> Iterator[Record]:
     """The records of a text behind so many lines; `InputError` for one that is too long to be a row."""
     length = 0  # of the record that is being read, which may span lines
 
     def lines() -> Iterator[str]:
         nonlocal length
-        while line := file.readline(_LONGEST_ROW + 1 - length):
+        while line := file.readline(LONGEST_ROW + 1 - length):
             length += len(line)
-            if length > _LONGEST_ROW:
+            if length > LONGEST_ROW:
                 where = f"{path} row {before + reader.line_num + 1}"
-                raise InputError(f"{where}: is longer than {_LONGEST_ROW:,} characters; write a row a line")
+                raise InputError(f"{where}: is longer than {LONGEST_ROW:,} characters; write a row a line")
             yield line
 
     reader = csv.reader(lines(), strict=True)
