@@ -222,7 +222,7 @@ def _apply(values: dict[str, Any], change: str) -> str | None:
         if not isinstance(values, dict):
             return f"--set {change}: '{parent}' has no keys below it; shorten the key"
     try:
-        values[last] = parse_yaml(text, f"--set {change}")
+        values[last] = parse_yaml(text, f"--set {key}")
     except InputError as error:
         return error.faults[0]
     return None
