@@ -7,6 +7,7 @@ import argparse
 import sys
 import time
 import traceback
+import warnings
 from dataclasses import dataclass, field
 
 import hypothesis
@@ -35,7 +36,8 @@ class Tally:
 
 def _ends(content: bytes) -> str:
     """The content, or its ends, as Python writes it."""
-    return repr(content) if len(content) < 20_000 else f"{content[:2000]!r} ... {content[-500:]!r}"
+    whole = repr(content)
+    return whole if len(whole) < 20_000 else f"{whole[:2000]} ... {whole[-500:]}"
 
 
 def one_round(reader: Reader, seed: int, tally: Tally) -> None:
@@ -81,6 +83,7 @@ def main() -> int:
     tallies = {reader: Tally() for reader in (*READERS, *USERS)}
     for reader in tallies:
         attempt(reader, reader.files(), longest=600)  # compiles
+    warnings.simplefilter("error")  # as in the tests
     while time.monotonic() < end:
         for reader, tally in tallies.items():
             if time.monotonic() < end:

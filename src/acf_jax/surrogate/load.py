@@ -140,7 +140,7 @@ def check_scales(path: Path, *scales: Affine) -> None:
 
 def fill(path: Path, body: bytes, like: Tree) -> Tree:
     """The module `like` with the numbers in a file's body, in JAX's default precision."""
-    with np.errstate(over="ignore"):  # what float32 does not hold is told
+    with np.errstate(over="ignore", invalid="ignore"):  # what is no number in JAX's precision is told
         filled = with_dtype(read_leaves(path, body, like), float)
     if not all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(eqx.filter(filled, eqx.is_array))):
         raise InputError(f"{path}: holds numbers that are not finite; train it again")
