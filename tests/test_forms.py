@@ -74,3 +74,11 @@ def test_faults_without_number_are_counted_not_listed() -> None:
     with pytest.raises(InputError) as error:
         check_form(Form, {"rows": [0] * 5000}, "file")
     assert error.value.faults == ["file: 5,000 values do not fit the file's form; write it anew"]
+
+
+def test_no_one_is_shown_more_faults_than_can_be_read() -> None:
+    faults = InputError([f"fault {k}; mend it" for k in range(1000)]).faults
+    assert len(faults) == 101 and faults[99:] == [
+        "fault 99; mend it", "900 more faults are not shown; correct these first"
+    ]  # fmt: skip
+    assert len(InputError(faults[:100]).faults) == 100

@@ -12,10 +12,14 @@ class InputError(ValueError):
     """
 
     def __init__(self, faults: Sequence[str] | str):
-        self.faults = [one_line(fault) for fault in ([faults] if isinstance(faults, str) else faults)]
+        listed = [faults] if isinstance(faults, str) else list(faults)
+        if (rest := len(listed) - _MOST) > 0:
+            listed[_MOST:] = [f"{rest:,} more faults are not shown; correct these first"]
+        self.faults = [one_line(fault) for fault in listed]
         super().__init__("\n".join(self.faults))
 
 
+_MOST = 100  # faults of an input that are listed
 _LONGEST = 1000  # characters of a message; its end, the remedy, is kept
 
 

@@ -174,8 +174,9 @@ def read_question(path: Path) -> Question:
     except InputError as error:
         faults = error.faults
     question = Question(config, content, faults)
-    spans = {name: question.spans().get(name) for name in question.names("free")}
-    faults += [f"{path}: free.{fault}" for fault in _further_faults(spans)]
+    spans = question.spans()
+    further = _further_faults({name: spans.get(name) for name in question.names("free")})
+    faults += [f"{path}: free.{fault}" for fault in further]
     return question._replace(config=None) if faults else question
 
 
