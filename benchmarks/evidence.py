@@ -9,14 +9,14 @@ reference runs lie in benchmarks/kept/, for benchmarks/fit_weights.py.
 import argparse
 import gzip
 import json
-import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from acf_jax.diagnosis.score import UNKNOWN, Evidence
+from acf_jax.documents import parse_json
 from acf_jax.errors import InputError
-from acf_jax.files import read_bytes, read_json_mapping, write_bytes
+from acf_jax.files import MAX_BYTES, read_bytes, read_json_mapping, text_of, unpacked, write_bytes
 
 
 class Case(NamedTuple):
@@ -83,14 +83,14 @@ def _case(row: dict[str, Any], content: dict[str, Any]) -> Case:
 def _read_file(path: Path) -> list[Case]:
     cases = []
     try:
-        for line in gzip.decompress(read_bytes(path)).decode().splitlines():
-            c = json.loads(line)
+        for line in text_of(unpacked(read_bytes(path), path, "", MAX_BYTES), path).splitlines():
+            c = parse_json(line, path, "")
             c["evidence"] = [
                 Evidence(tuple(n), chi2, tuple(rig), *more) for n, chi2, rig, *more in c["evidence"]
             ]
             c["right"], c["components"] = frozenset(map(tuple, c["right"])), frozenset(c["components"])
             cases.append(Case(**c))
-    except (gzip.BadGzipFile, zlib.error, EOFError, ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError):  # an InputError is a ValueError
         raise InputError(
             f"{path}: holds no evidence; name a run's folder, or a file that `python -m benchmarks.evidence` made"
         ) from None

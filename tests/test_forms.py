@@ -60,7 +60,25 @@ def test_of_a_file_that_a_program_wrote_the_first_faults_are_told_with_one_remed
     assert len(error.value.faults) == 5
 
 
-def test_a_strict_form_takes_only_what_json_has() -> None:
-    assert check_form(Form, {"rows": [{"low": 1, "high": 2}]}, "", strict=True).rows[0].high == 2
-    with pytest.raises(InputError, match=r"rows\.0\.low: must be a number, but is True"):
-        check_form(Form, {"rows": [{"low": True, "high": 1}]}, "file", strict=True)
+@pytest.mark.parametrize("value", [True, "1", "1_000", [1], {"a": 1}])
+def test_only_a_number_is_one(value: Any) -> None:
+    with pytest.raises(InputError, match=r"rows\.0\.low: must be a number, but is .*; write digits"):
+        check_form(Form, {"rows": [{"low": value, "high": 1}]}, "file")
+
+
+def test_a_list_stands_for_a_tuple_and_a_whole_number_for_a_number() -> None:
+    assert check_form(Form, {"rows": [{"low": 1, "high": 2}]}, "").rows[0].high == 2.0
+
+
+def test_faults_without_number_are_counted_not_listed() -> None:
+    with pytest.raises(InputError) as error:
+        check_form(Form, {"rows": [0] * 5000}, "file")
+    assert error.value.faults == ["file: 5,000 values do not fit the file's form; write it anew"]
+
+
+def test_no_one_is_shown_more_faults_than_can_be_read() -> None:
+    faults = InputError([f"fault {k}; mend it" for k in range(1000)]).faults
+    assert len(faults) == 101 and faults[99:] == [
+        "fault 99; mend it", "900 more faults are not shown; correct these first"
+    ]  # fmt: skip
+    assert len(InputError(faults[:100]).faults) == 100

@@ -39,7 +39,7 @@ PEAK = (
 
 # A part may import parts above it and its own, never parts below.
 LAYERS = [
-    {"errors", "files", "folders", "forms", "kept", "start", "workers"},
+    {"documents", "errors", "files", "folders", "forms", "kept", "start", "workers"},
     {"worlds"},  # they share nothing with the model but how files are read and written
     {"model"},
     {"identify", "surrogate"},

@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import Any, Literal, Self
 
-import yaml
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from acf_jax.documents import parse_yaml, yaml_text
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
 from acf_jax.forms import Part, check_form
-from acf_jax.surrogate.box import UNITS
+from acf_jax.surrogate.box import UNITS, sign_fault
 from acf_jax.surrogate.load import Shape
 
 FeatureName = Literal["raw", "dimensionless", "fold"]
@@ -32,15 +32,6 @@ class Range(Part):
         return self
 
 
-def sign_faults(name: str, value: Range) -> list[str]:
-    """What is wrong with the sign of a quantity of rig or impact."""
-    if name in ("m", "k_c", "v_e") and value.low <= 0:
-        return [f"low must be above 0; the model needs a positive {name}"]
-    if name in ("d", "zeta", "k_f", "f_p", "mobility") and value.low < 0:
-        return [f"low must be 0 or above, but is {value.low:g}; correct it"]
-    return []
-
-
 class Ranges(Part):
     """The box of parameters; zeta is the damping ratio and sets d = 2 zeta sqrt(m (k_F + k_C))."""
 
@@ -60,7 +51,8 @@ class Ranges(Part):
             faults.append(
                 f"unit must be {UNITS[name]}, but is {value.unit}; convert the range to {UNITS[name]}"
             )
-        faults += sign_faults(name, value)
+        if fault := sign_fault(name, value.low):
+            faults.append(fault)
         if faults:
             raise ValueError("\n".join(faults))
         return value
@@ -216,7 +208,7 @@ def read_config(path: Path, changes: tuple[str, ...] = ()) -> AnyConfig:
 
 def to_yaml(config: AnyConfig) -> str:
     """The configuration with every default written out."""
-    return yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False)
+    return yaml_text(config.model_dump(mode="json"))
 
 
 def _apply(values: dict[str, Any], change: str) -> str | None:
@@ -230,9 +222,9 @@ def _apply(values: dict[str, Any], change: str) -> str | None:
         if not isinstance(values, dict):
             return f"--set {change}: '{parent}' has no keys below it; shorten the key"
     try:
-        values[last] = yaml.safe_load(text)
-    except yaml.YAMLError:
-        return f"--set {change}: '{text}' is not a YAML value; quote it"
+        values[last] = parse_yaml(text, f"--set {key}")
+    except InputError as error:
+        return error.faults[0]
     return None
 
 

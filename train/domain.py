@@ -7,8 +7,9 @@ from acf_jax.contact.peak import RIG, Simulated
 from acf_jax.contact.read import possible_fault
 from acf_jax.diagnosis.space import parameters
 from acf_jax.errors import InputError
+from acf_jax.surrogate.box import sign_fault
 from acf_jax.surrogate.corrected import Domain
-from train.config import CorrectedConfig, sign_faults
+from train.config import CorrectedConfig
 
 MOBILITY = ("mobility", "1/kg")
 
@@ -45,7 +46,8 @@ def make_domain(config: CorrectedConfig, model: ContactModel, law: Simulated) ->
             faults.append(
                 f"ranges.{name}: unit must be {known[name]}, but is {given.unit}; convert the range"
             )
-        faults += [f"ranges.{name}: {fault}" for fault in sign_faults(name, given)]
+        if fault := sign_fault(name, given.low):
+            faults.append(f"ranges.{name}: {fault}")
         if i < len(theta) and not given.low <= theta[i] <= given.high:
             faults.append(
                 f"ranges.{name}: {given.low:g} to {given.high:g} {given.unit} leaves out the fitted {theta[i]:g}; "

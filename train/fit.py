@@ -49,11 +49,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", action="store_true", help="print JSON: metrics.json")
     parser.add_argument("--version", action="version", version=f"%(prog)s, version {acf_jax.__version__}")
     arguments = parser.parse_args(argv)
-    start_jax()  # labels are float64, whatever the network's precision
 
     def work() -> int:
         config = read_config(arguments.config, tuple(arguments.set))
         join_processes(config)
+        start_jax()  # labels are float64, whatever the network's precision
         words = redirect_stdout(sys.stderr) if arguments.json else nullcontext()
         try:
             with resumable("--resume goes on from the last checkpoint"), words:

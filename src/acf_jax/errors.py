@@ -12,14 +12,18 @@ class InputError(ValueError):
     """
 
     def __init__(self, faults: Sequence[str] | str):
-        self.faults = [_one_line(fault) for fault in ([faults] if isinstance(faults, str) else faults)]
+        listed = [faults] if isinstance(faults, str) else list(faults)
+        if (rest := len(listed) - _MOST) > 0:
+            listed[_MOST:] = [f"{rest:,} more faults are not shown; correct these first"]
+        self.faults = [one_line(fault) for fault in listed]
         super().__init__("\n".join(self.faults))
 
 
+_MOST = 100  # faults of an input that are listed
 _LONGEST = 1000  # characters of a message; its end, the remedy, is kept
 
 
-def _one_line(fault: str) -> str:
+def one_line(fault: str) -> str:
     """A message with whatever a file brought into it, a key with a line break for example, on one line."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in fault)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]}...{text[-_LONGEST // 2 :]}"

@@ -1,14 +1,12 @@
-"""Reading and writing files safely: YAML without surprises, writes that are whole or absent."""
+"""Reading and writing files safely: reads that are bounded, writes that are whole or absent."""
 
-import json
 import os
-import re
 import tempfile
+import zlib
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from acf_jax.documents import MOST_BYTES, parse_json, parse_yaml
 from acf_jax.errors import InputError, shown
 
 MAX_BYTES = 200_000_000  # a trace of 200 MB is hours long; nothing else that is read comes near
@@ -23,15 +21,26 @@ def check_ordinary(path: Path, limit: int | None) -> None:
     """
     if path.exists() and not path.is_file():
         raise InputError(f"{path}: is not an ordinary file; name a file")
-    if limit is not None and path.is_file() and path.stat().st_size > limit:
+    if limit is not None and path.is_file():
+        _check_size(path, path.stat().st_size, limit)
+
+
+def _check_size(path: Path, size: int, limit: int) -> None:
+    if size > limit:
         raise InputError(f"{path}: is larger than {limit / 1e6:g} MB; cut it to what is needed")
 
 
-def read_bytes(path: Path) -> bytes:
-    """The file's content; `InputError` unless it is an ordinary file of bearable size."""
+def read_bytes(path: Path, most: int | None = None) -> bytes:
+    """The file's content; `InputError` unless it is an ordinary file of `most` bytes at most, else of `MAX_BYTES`."""
     try:
-        check_ordinary(path, MAX_BYTES)
-        return path.read_bytes()
+        check_ordinary(path, None)
+        with path.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            _check_size(path, size, most or MAX_BYTES)
+            content = file.read(size + 1)
+        if len(content) > size:  # as in /proc, where files need not tell how long they are
+            raise InputError(f"{path}: is longer than its size says; name a file that is written to its end")
+        return content
     except InputError:
         raise
     except FileNotFoundError:
@@ -41,76 +50,44 @@ def read_bytes(path: Path) -> bytes:
         raise InputError(f"{shown(str(path))}: cannot be read ({reason}); correct the path") from None
 
 
-def read_text(path: Path) -> str:
-    """The file's text; `InputError` when it is missing or is not UTF-8."""
+def read_text(path: Path, most: int | None = None) -> str:
+    """The file's text; `InputError` when it is missing, is not UTF-8, or is larger than `read_bytes` allows."""
+    return text_of(read_bytes(path, most), path)
+
+
+def text_of(content: bytes, where: object) -> str:
+    """The text of UTF-8 with any line ends; `InputError`, which begins with `where`, when it is none."""
     try:
-        return read_bytes(path).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text ({error.reason}); save it as UTF-8") from None
+        raise InputError(f"{where}: is not UTF-8 text ({error.reason}); save it as UTF-8") from None
+
+
+def unpacked(content: bytes, where: object, remedy: str, most: int) -> bytes:
+    """What gzip packed; `InputError`, which begins with `where`, unless it is whole and has `most` bytes at most."""
+    pack = zlib.decompressobj(wbits=zlib.MAX_WBITS | 16)
+    try:
+        found = pack.decompress(content, most + 1)
+    except zlib.error as error:
+        raise InputError(f"{where}: cannot be unpacked ({error}); {remedy}") from None
+    if len(found) > most:
+        raise InputError(f"{where}: unpacks to more than {most // 10**6} MB; {remedy}")
+    if not pack.eof or pack.unused_data:
+        raise InputError(f"{where}: {'more stands behind its end' if pack.eof else 'is cut off'}; {remedy}")
+    return found
 
 
 def read_json_mapping(path: Path, remedy: str) -> dict[str, Any]:
     """The object in a JSON file; `InputError`, which ends with `remedy`, when it is none."""
-    try:
-        value = json.loads(read_text(path))
-    except InputError:
-        raise
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not JSON ({error}); {remedy}") from None
+    value = parse_json(read_text(path, MOST_BYTES["JSON"]), path, remedy)
     if not isinstance(value, dict):
         raise InputError(f"{path}: must hold a JSON object, but holds {type(value).__name__}; {remedy}")
     return value
 
 
-class _UniqueKeyLoader(yaml.SafeLoader):
-    """YAML's safe loader without a key given twice (the last one would win in silence) and without aliases.
-
-    A few lines of aliases of aliases stand for more values than any memory holds.
-    """
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            mark = self.peek_event().start_mark
-            raise yaml.composer.ComposerError(
-                None, None, "aliases (*name) are not known; write values out", mark
-            )
-        return super().compose_node(parent, index)
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if isinstance(key, str) and key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"key '{key}' is given twice", key_node.start_mark
-                )
-            seen.add(key if isinstance(key, str) else None)
-        return super().construct_mapping(node, deep)
-
-
-# YAML 1.1 takes 3.4e5 and 1e-3 for text: it asks for a point and for the exponent's sign.
-_UniqueKeyLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+"), list("-+.0123456789")
-)
-
-
 def read_yaml_mapping(path: Path) -> dict[str, Any]:
-    """The mapping in a YAML file; `InputError` when it is not one."""
-    text = read_text(path)
-    try:
-        value = yaml.load(text, Loader=_UniqueKeyLoader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" line {mark.line + 1}" if mark else ""
-        what = getattr(error, "problem", None) or "not valid YAML"
-        raise InputError(f"{path}{where}: {what}; correct the YAML") from None
-    except InputError:
-        raise
-    except RecursionError:
-        raise InputError(f"{path}: nested too deeply; correct the YAML") from None
-    except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
-        # PyYAML's constructors on a date, a number or a tag that does not exist
-        raise InputError(f"{path}: is not valid YAML ({error}); correct the YAML") from None
+    """The mapping in a YAML file, read as acf_jax.documents says; `InputError` when it is not one."""
+    value = parse_yaml(read_text(path, MOST_BYTES["YAML"]), path)
     if not isinstance(value, dict):
         what = "nothing" if value is None else f"a {type(value).__name__}"
         raise InputError(f"{path}: must hold `key: value` pairs, but holds {what}; write a pair a line")

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from acf_jax.errors import InputError, shown, suggestion
 
 _SHOWN = 5  # faults of a file that a program wrote: it is to be made again, not mended
+_COUNTED = 1000  # faults beyond which no one reads what each is
 
 Form = TypeVar("Form", bound=BaseModel)
 
@@ -21,23 +22,30 @@ class Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-def check_form(
-    form: type[Form], content: Any, where: Path | str, remedy: str = "", strict: bool = False
-) -> Form:
+def check_form(form: type[Form], content: Any, where: Path | str, remedy: str = "") -> Form:
     """`content` in its form; `InputError` lists every fault as `where: dotted.key: what is wrong; remedy`.
 
-    **Arguments:** `remedy`: the one for all faults of a file that a program wrote. `strict`: only JSON's own types,
-    true for no number; a list stands for a tuple.
+    **Arguments:** `remedy`: the one for all faults of a file that a program wrote.
     """
     try:
-        if strict:
-            text = json.dumps(content, default=str, skipkeys=True)
-            return form.model_validate_json(text, strict=True)
-        return form.model_validate(content)
+        return validated(form, content)
+    except RecursionError:
+        raise InputError(f"{where}: is nested too deeply; {remedy or 'correct it'}") from None
     except ValidationError as error:
+        if error.error_count() > _COUNTED:
+            what = f"{error.error_count():,} values do not fit the file's form"
+            raise InputError(f"{where}: {what}; {remedy or 'write it anew'}") from None
         found = list(problems(form, content, error, remedy))
     faults = [f"{where}: {key}: {problem}" if key else f"{where}: {problem}" for key, problem in found]
     raise InputError(faults[:_SHOWN] if remedy else faults)
+
+
+def validated(form: type[Form], content: Any) -> Form:
+    """`content` in its form, or pydantic's `ValidationError`.
+
+    Types are those of JSON, whatever the file: neither true nor quoted digits are a number, a list stands for a tuple.
+    """
+    return form.model_validate_json(json.dumps(content), strict=True)
 
 
 def problems(
@@ -82,8 +90,12 @@ def _in_words(fault: Mapping[str, Any], keys: list[str], form: type[BaseModel]) 
         return f"must hold `key: value` pairs, but is {given}", "write them below it"
     if kind == "string_type":
         return f"must be text, but is {given}", "put it in quotes"
-    if kind in ("float_type", "float_parsing"):
+    if kind == "float_type":
         return f"must be a number, but is {given}", "write digits, such as 3.4e5"
+    if kind in ("int_type", "int_from_float"):
+        return f"must be a whole number, but is {given}", "write digits, such as 1000"
+    if kind == "bool_type":
+        return f"must be true or false, but is {given}", "write one of the two"
     what = re.sub(r"^\w+ should ", "must ", fault["msg"].split(", unable")[0])
     return f"{what[0].lower()}{what[1:]}, but is {given}", "correct the value"
 

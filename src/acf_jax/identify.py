@@ -13,6 +13,7 @@ from acf_jax.errors import InputError
 from acf_jax.model import Impact, Rig, find_peak
 
 LEAST = 0.8  # of its pretension: a peak below that does not include it
+MOST = 2000  # peaks; each is left out in turn
 
 Values = NDArray[np.float64]
 
@@ -72,8 +73,12 @@ def identify(peaks: Peaks) -> Identification:
 
     **Returns:** `Identification`; the 95 % interval follows from the residuals, by Student's t.
 
-    **Raises:** `InputError` when the peaks cannot hold the product.
+    **Raises:** `InputError` when the peaks cannot hold the product, or are more than `MOST`.
     """
+    if peaks.v_e.size > MOST:
+        raise InputError(
+            f"holds {peaks.v_e.size:,} peaks; give {MOST:,} at most, which tell one number as well"
+        )
     below = np.flatnonzero(peaks.f_max < LEAST * peaks.f_p)
     if below.size:
         k = below[0]
@@ -121,7 +126,7 @@ def information(peaks: Peaks, identified: Identification) -> Information:
     size = peaks.v_e.size
     scatter = identified.error * np.sqrt(size / (size - 1)) if size > 1 else float("nan")
     j = np.asarray(jacobian)
-    _, singular, directions = np.linalg.svd(j, full_matrices=True)
+    _, singular, directions = np.linalg.svd(j, full_matrices=size < 4)  # four directions in any case
     singular = np.pad(singular, (0, 4 - singular.size))
     known = singular > 1e-9 * singular[0]
     alone = scatter / np.linalg.norm(j, axis=0)

@@ -5,15 +5,22 @@ from pathlib import Path
 
 import jax
 
+from acf_jax.errors import InputError, shown
+
+PLATFORMS = ("JAX_PLATFORMS", "JAX_PLATFORM_NAME")  # variables that choose JAX's devices
+
 
 def start_jax() -> None:
     """Switch JAX to float64, to small computations in the calling thread, and to a cache of compiled code.
 
     To be called before the first computation.
+
+    **Raises:** `InputError` where JAX has none of the devices that the environment asks for.
     """
     jax.config.update("jax_enable_x64", True)
     # handing over to a thread costs more than a peak
     jax.config.update("jax_cpu_enable_async_dispatch", False)
+    check_devices()
     try:
         cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "acf-jax" / "compiled"
         cache.mkdir(parents=True, exist_ok=True)
@@ -22,3 +29,17 @@ def start_jax() -> None:
     jax.config.update("jax_compilation_cache_dir", str(cache))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def check_devices() -> None:
+    """`InputError` where JAX has none of the devices that the environment asks for."""
+    try:
+        jax.devices()
+    except Exception as error:  # an AssertionError among them, for a plugin that is not installed
+        asked = [f"{name}={shown(os.environ[name])}" for name in PLATFORMS if os.environ.get(name)]
+        what = f"{' and '.join(asked)}: JAX has no such device here"
+        remedy = "unset the variable, set it to cpu, or install JAX for that device"
+        if not asked:
+            what, remedy = "JAX finds no device", f"set {PLATFORMS[0]}=cpu, or mend its installation"
+        reason = str(error).partition("\n")[0]
+        raise InputError(f"{what}{f' ({reason})' if reason else ''}; {remedy}") from None

@@ -45,6 +45,10 @@ class Lost(RuntimeError):
     """The processes that tried a piece of work died, one after the other."""
 
 
+class CannotStart(RuntimeError):
+    """A process has none of the devices that its environment asks for."""
+
+
 def run_all(
     work: Callable[[Argument], Result], pieces: Iterable[tuple[Key, Argument]], where: Where
 ) -> Iterator[tuple[Key, Result | Exception]]:
@@ -94,6 +98,8 @@ def _outcome(future: "Future", where: Where) -> Any:
             return future.result()
         except KilledWorker as error:
             return Lost(f"{error.allowed_failures + 1} processes died of it; is there enough memory?")
+        except CannotStart as error:
+            raise InputError(str(error)) from None
         except Exception as error:
             if future.status in ("finished", "cancelled"):  # it is not the work that failed
                 raise
@@ -116,7 +122,10 @@ def _start_and(work: Callable[[Argument], Result], argument: Argument) -> Result
     """Runs where the work is done."""
     from acf_jax.start import start_jax
 
-    start_jax()
+    try:
+        start_jax()
+    except InputError as error:
+        raise CannotStart(str(error)) from None
     return work(argument)
 
 

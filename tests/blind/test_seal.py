@@ -1,5 +1,7 @@
 import gzip
+import hashlib
 import json
+import tracemalloc
 
 import pytest
 from click.testing import CliRunner
@@ -40,6 +42,29 @@ def test_changed_answers_are_refused(sealed):
     (sets / "answers.sealed").write_bytes(b"other")
     with pytest.raises(InputError, match="answers were changed"):
         open_answers(sets, results, ["a", "b"])
+
+
+@pytest.mark.parametrize("content", [b" " * 2**28, b"[" * 2**20, b'{"a": 1e999}', b"\xff", b"{", b"7"])
+def test_answers_that_are_none_are_refused_under_a_right_seal(sealed, content):
+    sets, results, _ = sealed
+    packed = gzip.compress(content)
+    (sets / "answers.sealed").write_bytes(packed)
+    seal = json.loads((sets / "seal.json").read_text())
+    digest = hashlib.sha256(packed).hexdigest()
+    (sets / "seal.json").write_text(json.dumps({**seal, "sha256": digest}))
+    tracemalloc.start()
+    with pytest.raises(InputError, match=r"answers\.sealed: "):
+        open_answers(sets, results, ["a", "b"])
+    assert tracemalloc.get_traced_memory()[1] < 150e6
+    tracemalloc.stop()
+
+
+def test_answers_that_could_not_be_opened_are_not_sealed(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "answer.yaml").write_text("effects: [gravity]\nnote: .inf\n")
+    with pytest.raises(InputError, match="the answers: holds Infinity, which is no number; correct them"):
+        seal_folder(tmp_path)
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["answer.yaml"]
 
 
 def test_an_answer_given_after_the_opening_is_refused(sealed):
@@ -83,7 +108,17 @@ def test_an_answer_with_a_misspelt_key_is_not_sealed(tmp_path):
     assert (tmp_path / "a" / "answer.yaml").exists()
 
 
-@pytest.mark.parametrize("content", ["{", "[]", '{"sha256": 3, "data_sets": 2, "sealed_at": 1.0}'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        "{",
+        "[]",
+        '{"sha256": 3, "data_sets": 2, "sealed_at": 1.0}',
+        '{"sha256": "a", "data_sets": true, "sealed_at": 1.0}',
+        '{"sha256": "a", "data_sets": 2, "sealed_at": false}',
+        '{"sha256": "a", "data_sets": 2, "sealed_at": NaN}',
+    ],
+)
 def test_a_damaged_seal_is_refused(sealed, content):
     sets, results, _ = sealed
     (sets / "seal.json").write_text(content)

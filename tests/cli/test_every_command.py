@@ -11,6 +11,7 @@ import pytest
 
 from acf_jax.cli.main import commands, main
 from acf_jax.diagnosis.model_file import write_model
+from acf_jax.start import check_devices
 from tests.corrected import gap_model
 from tests.few import few_explanations
 
@@ -134,6 +135,31 @@ def test_ctrl_c_leaves_nothing_half_written(path, end, monkeypatch, tmp_path):
     assert error.startswith("\nstopped; ") and len(error.splitlines()) == 2
     assert ("goes on" in error) == (path in (("blind",), ("blind", "score"), ("fleet",)))
     assert files(tmp_path) == before
+
+
+@EVERY
+def test_a_device_that_jax_does_not_have_is_one_message(path, end, monkeypatch, tmp_path):
+    def none() -> None:
+        raise AssertionError  # as of JAX_PLATFORMS=cuda, where its plugin is not installed
+
+    def started(work, pieces, where):
+        check_devices()  # as the processes' start does: tests/fleet/test_fleet_run.py
+
+    arguments = prepared(path, tmp_path)
+    monkeypatch.setenv("JAX_PLATFORMS", "cuda")
+    monkeypatch.setattr("jax.devices", none)
+    monkeypatch.setattr("acf_jax.start.start_jax", check_devices)
+    for module in ("blind.campaign", "fleet.run"):
+        monkeypatch.setattr(f"acf_jax.{module}.run_all", started)
+    code, text, error = end(*path, *arguments)
+    if path in (("import",), ("blind", "seal"), ("export",)):  # what they do here needs no JAX
+        assert code == 0 and not error
+    else:
+        assert code == 2 and not text and not (tmp_path / "out/diagnosis.json").exists()
+        assert error.splitlines()[-1].startswith(
+            "error: JAX_PLATFORMS='cuda': JAX has no such device here; unset"
+        )
+        assert error.count("error:") == 1
 
 
 @EVERY

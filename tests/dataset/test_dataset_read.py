@@ -67,10 +67,8 @@ def test_opens_nothing_but_what_is_listed(folder, monkeypatch):
     (folder / "answer.yaml").write_text("effects: [gravity]")
     (folder / "traces" / "unlisted.csv").write_text("not a trace")
     opened = []
-    plain = Path.read_bytes
-    monkeypatch.setattr(
-        Path, "read_bytes", lambda self, *a, **k: opened.append(self.name) or plain(self, *a, **k)
-    )
+    plain = Path.open
+    monkeypatch.setattr(Path, "open", lambda self, *a, **k: opened.append(self.name) or plain(self, *a, **k))
     read_dataset(folder)
     assert sorted(opened) == ["dataset.yaml", "t000.csv", "t001.csv", "t002.csv", "t003.csv", "trials.csv"]
 
@@ -138,7 +136,6 @@ DESCRIPTION_FAULTS = [
     ),
     ("rig:", "rig: [", "dataset.yaml line"),
     ("description: made up", "description: a\ndescription: b", "'description' is given twice"),
-    ("description: made up", "description: 2024-13-45", "dataset.yaml"),
 ]
 
 

@@ -209,7 +209,7 @@ def test_a_record_comes_back_and_a_wrong_one_is_named(tmp_path: Path) -> None:
             "finished: is missing; name a folder",
         ),
         ("{", "is not JSON"),
-        ("[" * 100_000, "is not JSON"),
+        ("[" * 100_000, "is nested too deeply"),
     ):
         (tmp_path / "fleet.json").write_text(text)
         with pytest.raises(InputError, match=fault):

@@ -147,3 +147,15 @@ def test_a_scheduler_that_dies_in_the_middle_is_named(monkeypatch: pytest.Monkey
         finally:
             process.kill()
     assert capfd.readouterr().err == "", "and nothing else is said"
+
+
+def test_processes_without_the_device_that_is_asked_for_are_told_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    need_module("distributed", "pip install 'acf-jax[fleet]'")
+    monkeypatch.setenv("JAX_PLATFORMS", "nonsense")  # which the processes inherit
+    with pytest.raises(InputError) as error:
+        list(run_all(abs, [("a", -1), ("b", -2)], Where(workers=1)))
+    (fault,) = error.value.faults
+    assert fault.startswith("JAX_PLATFORMS='nonsense': JAX has no such device here (")
+    assert fault.endswith("; unset the variable, set it to cpu, or install JAX for that device")

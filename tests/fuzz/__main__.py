@@ -1,4 +1,4 @@
-"""Go on mutating files where the tests stop: `python -m tests.fuzz --minutes 10`.
+"""Go on damaging and building files where the tests stop: `python -m tests.fuzz --minutes 10`.
 
 Prints a table of what was tried, and every file that a reader did not understand and did not refuse either.
 """
@@ -7,6 +7,7 @@ import argparse
 import sys
 import time
 import traceback
+import warnings
 from dataclasses import dataclass, field
 
 import hypothesis
@@ -15,10 +16,11 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from tests.fuzz.attempt import attempt
+from tests.fuzz.hostile import built
 from tests.fuzz.mutate import mutated
 from tests.fuzz.readers import READERS, USERS, Reader
 
-ROUND = 50  # files of one reader before the next has its turn
+ROUND = 20  # files of one reader before the next has its turn
 
 
 @dataclass
@@ -28,7 +30,14 @@ class Tally:
     understood: int = 0
     refused: int = 0
     longest: float = 0.0  # s
+    most: int = 0  # bytes
     failures: list[str] = field(default_factory=list)
+
+
+def _ends(content: bytes) -> str:
+    """The content, or its ends, as Python writes it."""
+    whole = repr(content)
+    return whole if len(whole) < 20_000 else f"{whole[:2000]} ... {whole[-500:]}"
 
 
 def one_round(reader: Reader, seed: int, tally: Tally) -> None:
@@ -43,15 +52,18 @@ def one_round(reader: Reader, seed: int, tally: Tally) -> None:
     @given(data=st.data())
     def tried(data: st.DataObject) -> None:
         wrong = data.draw(st.sampled_from(reader.wrong))
-        content = data.draw(mutated(wrong, files[wrong]))
+        make = data.draw(st.sampled_from((mutated, built)))
+        content = data.draw(make(wrong, files[wrong]))
         try:
-            faults, seconds = attempt(reader, {**files, wrong: content})
+            faults, seconds, memory = attempt(reader, {**files, wrong: content})
         except BaseException:
-            tally.failures.append(f"{reader.name}, {wrong}: {content!r}\n{traceback.format_exc(limit=-6)}")
+            tally.failures.append(
+                f"{reader.name}, {wrong}, {len(content):,} bytes: {_ends(content)}\n{traceback.format_exc(limit=-6)}"
+            )
             raise
         tally.refused += bool(faults)
         tally.understood += not faults
-        tally.longest = max(tally.longest, seconds)
+        tally.longest, tally.most = max(tally.longest, seconds), max(tally.most, memory)
 
     try:
         tried()
@@ -71,17 +83,20 @@ def main() -> int:
     tallies = {reader: Tally() for reader in (*READERS, *USERS)}
     for reader in tallies:
         attempt(reader, reader.files(), longest=600)  # compiles
+    warnings.simplefilter("error")  # as in the tests
     while time.monotonic() < end:
         for reader, tally in tallies.items():
             if time.monotonic() < end:
                 one_round(reader, seed, tally)
         seed += 1
 
-    print("| reader | files | understood | refused | longest, s | failures |\n|---|--:|--:|--:|--:|--:|")
+    print("| reader | files | understood | refused | longest, s | memory, MB | failures |")
+    print("|---|--:|--:|--:|--:|--:|--:|")
     for reader, t in tallies.items():
         tried = t.understood + t.refused + len(t.failures)
         print(
-            f"| {reader.name} | {tried} | {t.understood} | {t.refused} | {t.longest:.2f} | {len(t.failures)} |"
+            f"| {reader.name} | {tried} | {t.understood} | {t.refused} | {t.longest:.2f} | {t.most / 1e6:.0f} "
+            f"| {len(t.failures)} |"
         )
     failures = [failure for tally in tallies.values() for failure in tally.failures]
     print("\n\n".join(failures), file=sys.stderr)

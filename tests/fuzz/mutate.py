@@ -8,9 +8,10 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-import yaml
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn
+
+from acf_jax.documents import parse_yaml, yaml_text
 
 PIECES = (
     b"",
@@ -76,7 +77,7 @@ OF_YAML = values(LEAVES | st.dates(), KEYS | st.integers() | st.dates()), KEYS |
 @st.composite
 def mutated(draw: DrawFn, name: str, content: bytes) -> bytes:
     """The content of the file `name`, changed in a way that its form invites."""
-    form = {".csv": cells, ".yaml": yaml_text, ".json": json_text, ".eqx": saved}.get(name[name.rfind(".") :])
+    form = {".csv": cells, ".yaml": of_yaml, ".json": of_json, ".eqx": saved}.get(name[name.rfind(".") :])
     if form is None or draw(st.integers(0, 2)) == 0:
         return draw(st.binary(max_size=200)) if draw(st.integers(0, 9)) == 0 else draw(cut(content))
     return draw(form(content))
@@ -142,14 +143,14 @@ def places(value: Any) -> Iterator[tuple[Any, Any]]:
         yield from places(value[key])
 
 
-def yaml_text(content: bytes) -> st.SearchStrategy[bytes]:
+def of_yaml(content: bytes) -> st.SearchStrategy[bytes]:
     """A YAML file with its document changed."""
-    return document(yaml.safe_load(content), *OF_YAML).map(
-        lambda value: yaml.safe_dump(value).encode("utf-8", "replace")
+    return document(parse_yaml(content.decode(), ""), *OF_YAML).map(
+        lambda value: yaml_text(value).encode("utf-8", "replace")
     )
 
 
-def json_text(content: bytes) -> st.SearchStrategy[bytes]:
+def of_json(content: bytes) -> st.SearchStrategy[bytes]:
     """A JSON file with its document changed."""
     return document(json.loads(content), *OF_JSON).map(lambda value: json.dumps(value).encode())
 
@@ -157,4 +158,4 @@ def json_text(content: bytes) -> st.SearchStrategy[bytes]:
 def saved(content: bytes) -> st.SearchStrategy[bytes]:
     """A file of acf_jax.surrogate.saved with its header changed."""
     line, _, body = content.partition(b"\n")
-    return json_text(line).map(lambda header: header + b"\n" + body)
+    return of_json(line).map(lambda header: header + b"\n" + body)

@@ -3,10 +3,12 @@
 import functools
 import gzip
 import hashlib
+import io
 import json
+import re
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import chdir
+from contextlib import chdir, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +19,7 @@ from acf_jax.blind import campaign, score, seal
 from acf_jax.blind.answer import read_answer, read_said
 from acf_jax.cli import design, identify
 from acf_jax.cli._model import ModelFile
+from acf_jax.cli.main import commands
 from acf_jax.contact.peak import Simulated
 from acf_jax.contact.read import of_diagnosis
 from acf_jax.dataset import read_conditions, read_dataset
@@ -24,10 +27,12 @@ from acf_jax.diagnosis.document import SCHEMA
 from acf_jax.diagnosis.model_file import read_model, write_model
 from acf_jax.diagnosis.predict import predict
 from acf_jax.errors import InputError
+from acf_jax.files import read_bytes
 from acf_jax.fleet.changes import find_changes
 from acf_jax.fleet.page import fleet_page
 from acf_jax.fleet.record import Fleet, read_fleet
 from acf_jax.recording import Mapping, Session, read_mapping, read_session
+from acf_jax.recording.readers import readers
 from acf_jax.recording.review import read_review
 from acf_jax.recording.rig import read_rig_file
 from acf_jax.safety.check import Checker
@@ -38,7 +43,7 @@ from acf_jax.surrogate.load import Shape, new_network
 from acf_jax.surrogate.saved import signed
 from tests.corrected import gap_model
 from tests.dataset.impacts import write
-from tests.recording.sessions import RIG, small
+from tests.recording.sessions import FEW, RIG, made, small, write_csv
 from train import labels
 from train.checkpoint import State, load_state, save_state
 from train.config import CorrectedConfig, read_config
@@ -55,6 +60,7 @@ class Reader(NamedTuple):
     files: Callable[[], Files]
     wrong: tuple[str, ...]
     read: Callable[[Path], Any]
+    makes: tuple[str, ...] = ()  # files that it leaves although it refuses
 
 
 def beside(*names: str) -> Callable[[], Files]:
@@ -153,7 +159,7 @@ def unseal(folder: Path) -> None:
 
 def resealed(folder: Path) -> None:
     """Answers that are wrong under a seal that is right."""
-    packed = gzip.compress((folder / "answers.json").read_bytes())
+    packed = gzip.compress(read_bytes(folder / "answers.json"))
     (folder / "answers.sealed").write_bytes(packed)
     record = {"sha256": hashlib.sha256(packed).hexdigest(), "data_sets": 2, "sealed_at": 0.0}
     (folder / "seal.json").write_text(json.dumps(record))
@@ -163,15 +169,15 @@ def resealed(folder: Path) -> None:
     unseal(folder)
 
 
-def resigned(folder: Path) -> None:
-    """A header that is wrong under a checksum that is right."""
-    line, _, body = (folder / "model.eqx").read_bytes().partition(b"\n")
+def resigned(read: Callable[[Path], Any], folder: Path) -> Any:
+    """What is read of a header that is wrong under a checksum that is right."""
+    line, _, body = read_bytes(folder / "model.eqx").partition(b"\n")
     try:
         whole = signed(json.loads(line), body)
     except (ValueError, RecursionError, AttributeError):
-        return
+        return None
     (folder / "model.eqx").write_bytes(whole)
-    load_surrogate(folder / "model.eqx")
+    return read(folder / "model.eqx")
 
 
 SAID = {
@@ -199,6 +205,10 @@ def surrogate() -> Files:
     return {"model.eqx": DEFAULT.read_bytes()}
 
 
+def learnt_model() -> Files:
+    return {"model.eqx": (CONFIGS.parent / "examples/rig_surrogate.eqx").read_bytes()}
+
+
 def run_folder(folder: Path) -> None:
     campaign._describe(folder, {"seed": 1})
     (folder / "a").mkdir()
@@ -212,25 +222,36 @@ def recording(name: str, folder: Path) -> Session:
     return read_session(folder / name, Mapping(pretension=60.0))
 
 
+@functools.cache
+def sample(kind: str, others: tuple[str, ...]) -> Files:
+    """A sound recording of a kind: made as such, packed, or one of the other kinds of its reader by another name."""
+    if kind.endswith(".gz"):
+        inner = kind.removesuffix(".gz")
+        return {f"log.{kind}": gzip.compress(sample(inner, others)[f"log.{inner}"])}
+    for other in (kind, *others):
+        files = {
+            name.replace(f"log.{other}", f"log.{kind}"): content for name, content in small(other).items()
+        }
+        with tempfile.TemporaryDirectory() as folder, suppress(InputError):
+            Path(folder, f"log.{kind}").write_bytes(files[f"log.{kind}"])
+            recording(f"log.{kind}", Path(folder))
+            return files
+    raise AssertionError(f"tests.recording.sessions.small makes no recording that is read as .{kind}")
+
+
+def kinds() -> Iterator[tuple[str, tuple[str, ...]]]:
+    """The suffixes of which the readers of recordings speak, each with the others of its reader."""
+    for reader in readers():
+        spoken = [suffix.removeprefix(".") for suffix in re.findall(r"\.\w+", reader.KIND)]
+        plain = tuple(suffix for suffix in spoken if suffix != "gz")
+        yield from ((kind, plain) for kind in (*plain, *(f"{plain[0]}.gz" for _ in range("gz" in spoken))))
+
+
 def recordings() -> Iterator[Reader]:
     """A recording of each kind; `metadata.yaml` is that of a folder with a bag."""
-    for kind in (
-        "mcap",
-        "db3",
-        "bag",
-        "csv",
-        "csv.gz",
-        "lvm",
-        "npz",
-        "npy",
-        "parquet",
-        "mat",
-        "h5",
-        "tdms",
-        "xlsx",
-    ):
+    for kind, others in kinds():
         read = functools.partial(recording, f"log.{kind}")
-        yield Reader(f"recording, {kind}", functools.partial(small, kind), (f"log.{kind}",), read)
+        yield Reader(f"recording, {kind}", functools.partial(sample, kind, others), (f"log.{kind}",), read)
     files = functools.partial(small, "mcap")
     yield Reader("recording, metadata", files, ("metadata.yaml",), functools.partial(recording, ""))
 
@@ -259,7 +280,9 @@ READERS = (
     Reader("checkpoint", functools.cache(checkpoint), ("fold.eqx",), resume),
     Reader("model.json", corrected, ("model.json",), lambda folder: read_model(folder / "model.json")),
     Reader("model.eqx", surrogate, ("model.eqx",), lambda folder: load_surrogate(folder / "model.eqx")),
-    Reader("model.eqx, checksum right", surrogate, ("model.eqx",), resigned),
+    Reader("model.eqx, checksum right", surrogate, ("model.eqx",), functools.partial(resigned, load_surrogate)),
+    Reader("model.eqx of a corrected model", learnt_model, ("model.eqx",),
+           functools.partial(resigned, lambda path: ModelFile(path).load())),
     Reader("limits", lambda: {"limits.csv": SHIPPED.read_bytes()}, ("limits.csv",),
            lambda folder: read_limits(folder / "limits.csv")),
     Reader("situations", beside("situations.csv"), ("situations.csv",),
@@ -269,9 +292,9 @@ READERS = (
     Reader("seal", functools.cache(sealed), ("seal.json", "answers.sealed", "opened.json"), unseal),
     Reader("sealed answers, hash right",
            lambda: {"answers.json": b'{"a": {"effects": []}, "b": {"effects": ["x"], "components": ["robot"]}}'},
-           ("answers.json",), resealed),
+           ("answers.json",), resealed, ("answers.sealed", "seal.json", "a/diagnosis.json", "b/diagnosis.json")),
     Reader("blind run", lambda: {"run.json": b'{"seed": 1}', "withheld.json": b'{"a": "gravity"}'},
-           ("run.json", "withheld.json"), run_folder),
+           ("run.json", "withheld.json"), run_folder, ("a/dataset.yaml", "results/a/diagnosis.json")),
     Reader("diagnosis.json", lambda: {"diagnosis.json": json.dumps(SAID).encode()}, ("diagnosis.json",), read_said),
     Reader("fleet.json", lambda: {"fleet.json": fleet("may", 2.0).model_dump_json(by_alias=True).encode()},
            ("fleet.json",), compared),
@@ -296,8 +319,37 @@ def judged(folder: Path) -> None:
         assert answer.verdict != "allowed" or np.isfinite([answer.force, answer.upper]).all(), answer
 
 
+def logged() -> Files:
+    """A recording of contacts that make a data set."""
+    files = content_of(
+        lambda folder: (folder.mkdir(), write_csv(folder / "log.csv", made(1, FEW, rate=2000.0)))
+    )
+    return {**files, "rig.yaml": RIG.encode()}
+
+
+def ran(*arguments: str) -> Callable[[Path], None]:
+    """A command, run in the folder; its JSON says nothing of a peak that it does not give."""
+
+    def run(folder: Path) -> None:
+        out = io.StringIO()
+        with chdir(folder), redirect_stdout(out), suppress(SystemExit):
+            commands.main([*arguments, "--json"], standalone_mode=False)
+        for row in json.loads(out.getvalue()).get("peaks", ()):
+            assert row["has_peak"] == (row["f_max"] is not None) == (row["t_max"] is not None), row
+
+    return run
+
+
 # These compile: too slow for the tests.
 USERS = (
+    Reader("peak", beside("check_rig.yaml"), ("check_rig.yaml",),
+           ran("peak", "--rig", "check_rig.yaml", "--f-p", "60", "--v-e", "0.2")),
+    Reader("speed", beside("check_rig.yaml"), ("check_rig.yaml",),
+           ran("speed", "--model", "check_rig.yaml", "--f-p", "60", "--limit", "150", "--draws", "256")),
+    Reader("identify", beside("table1.csv", "table1_rig.yaml"), ("table1.csv", "table1_rig.yaml"),
+           ran("identify", "table1.csv", "--rig", "table1_rig.yaml")),
+    Reader("import", functools.cache(logged), ("log.csv", "rig.yaml"),
+           ran("import", "log.csv", "--rig", "rig.yaml", "--out", "out")),
     Reader("model.json, predicted", corrected, ("model.json",), predicted),
     Reader("rig and situations, checked", beside("check_rig.yaml", "situations.csv"),
            ("check_rig.yaml", "situations.csv"), judged),

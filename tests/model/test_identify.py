@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from acf_jax.errors import InputError
-from acf_jax.identify import Peaks, ideal_peak, identify, information, relative_error
+from acf_jax.identify import MOST, Peaks, ideal_peak, identify, information, relative_error
 
 V_E = np.array([0.05, 0.1, 0.2, 0.3, 0.35])
 F_P = np.full(5, 100.0)
@@ -39,6 +39,17 @@ def test_the_interval_covers_the_truth_as_often_as_it_says():
         low, high = identify(Peaks(V_E, F_P, noisy)).interval
         covered += low <= 838.0 <= high
     assert 0.92 < covered / 400 < 0.98
+
+
+def test_many_peaks_are_told_of_in_bounded_time_and_memory():
+    v_e = np.linspace(0.05, 0.35, MOST)
+    peaks = Peaks(v_e, np.full(MOST, 100.0), ideal_peak(838.0, v_e, np.full(MOST, 100.0)))
+    found = identify(peaks)
+    np.testing.assert_allclose([found.sqrt_k_c_m, *found.interval], 838.0, rtol=1e-9)
+    assert information(peaks, found).rank >= 1
+    one_more = Peaks(*(np.append(column, column[:1]) for column in (peaks.v_e, peaks.f_p, peaks.f_max)))
+    with pytest.raises(InputError, match=r"holds 2,001 peaks; give 2,000 at most"):
+        identify(one_more)
 
 
 def test_peaks_do_not_tell_mass_from_stiffness():

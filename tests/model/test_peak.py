@@ -151,6 +151,70 @@ def test_fields_of_another_shape_are_refused_with_the_remedy():
             find(one, other)
 
 
+@pytest.mark.parametrize(
+    "kind", [jnp.float16, jnp.bfloat16, jnp.float8_e4m3b11fnuz, np.float32, np.int8, np.uint64, int]
+)
+def test_numbers_of_every_precision_give_a_peak(kind):
+    values = (4, 10, 16, 24, 1, 26)
+    expected = one_peak(Rig(*map(float, values[:4])), Impact(*map(float, values[4:])))
+    rig, impact = Rig(*map(kind, values[:4])), Impact(*map(kind, values[4:]))
+    assert rig.m.dtype == (jnp.float64 if jnp.issubdtype(jnp.dtype(kind), jnp.integer) else jnp.float32)
+    for peak in (
+        one_peak(rig, impact),
+        jax.jit(lambda *v: find_peak(Rig(*v[:4]), Impact(*v[4:])))(*map(kind, values)),
+    ):
+        assert bool(peak.has_peak) == bool(expected.has_peak) and expected.has_peak
+        np.testing.assert_allclose([peak.f_max, peak.t_max], [expected.f_max, expected.t_max], rtol=1e-5)
+
+
+@pytest.mark.parametrize("one", [True, np.True_, np.array([True]), 1j, np.complex64(1)])
+def test_what_is_no_real_number_is_no_parameter(one):
+    with pytest.raises(ValueError, match=r"parameters must be real numbers, but are (bool|complex)"):
+        Rig(one, 60.0, 2e3, 2e5)
+
+
+@pytest.mark.parametrize(
+    ("values", "fault"),
+    [
+        ((10**400, 60, 2000, 20000), "Rig.m must be finite and positive, but is inf"),
+        ((0, 60, 2000, 20000), "Rig.m must be finite and positive, but is 0"),
+        ((4, -1, 2000, 20000), "Rig.d must be finite and zero or positive, but is -1"),
+        ((4, 60, 2000, np.float16(np.inf)), "Rig.k_c must be finite and positive, but is inf"),
+        ((np.float32(1e-20), 60, 2e3, 2e4), r"Rig.m must be between 5.3e-09 and 1.2e\+10 in float32, but is 1e-20"),
+        ((4, 60, np.float32(1e20), 2e4), r"Rig.k_f must be between 0 and 1.2e\+10 in float32, but is 1e\+20"),
+        ((4, 60, 2e3, 1e200), r"Rig.k_c must be between 2e-76 and 3.3e\+77 in float64, but is 1e\+200"),
+    ],
+)  # fmt: skip
+def test_parameters_that_no_rig_has_are_refused(values, fault):
+    with pytest.raises(ValueError, match=fault):
+        Rig(*values)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_whatever_is_accepted_has_a_finite_answer(dtype):
+    """Magnitudes log-uniform over all that is accepted, a third of them at its ends, some zero or subnormal."""
+    rng, n, info = np.random.default_rng(0), 40 * BLOCK, np.finfo(dtype)
+    low, high = 16 * float(info.tiny) ** 0.25, 4 / float(info.tiny) ** 0.25
+
+    def draw(least: float) -> np.ndarray:
+        at = rng.random(n)
+        at = np.select([at < 0.15, at > 0.85], [0.0, 1.0], at)
+        return (
+            (float(least) ** (1 - at) * high**at)
+            .astype(dtype)
+            .clip(None, np.nextafter(dtype(high), dtype(0)))
+        )
+
+    m, k_c = draw(low * 1.001), draw(low * 1.001)
+    d, k_f, v_e, f_p = (
+        np.where(rng.random(n) < 0.1, dtype(0), draw(least))
+        for least in rng.permuted([info.tiny, info.smallest_subnormal, low, 1e-3])
+    )
+    peak = find_peaks(Rig(m, d, k_f, k_c), Impact(v_e, f_p))
+    assert np.isfinite(peak.f_max).all() and np.isfinite(peak.t_max).all()
+    assert 0.05 < np.mean(peak.has_peak) < 0.95
+
+
 def test_a_sample_that_is_not_a_number_ends_and_spoils_no_other():
     samples = truth.wide_box(20, seed=9)
     clean = find_peaks(*batch(samples))

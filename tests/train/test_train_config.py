@@ -94,3 +94,22 @@ def test_shipped_configurations_survive_a_round_trip(name: str, tmp_path: Path) 
     resolved.write_text(to_yaml(config), encoding="utf-8")
     assert read_config(resolved) == config
     assert yaml.safe_load(to_yaml(config))["optimiser"]["final_fraction"] == config.optimiser.final_fraction
+
+
+def test_a_device_that_jax_does_not_have_is_one_message(
+    small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none() -> None:
+        raise RuntimeError("Unknown backend\nand more")
+
+    monkeypatch.setenv("JAX_PLATFORM_NAME", "gpu")
+    monkeypatch.setattr("jax.devices", none)
+    assert fit.main(["--config", str(small)]) == 2
+    assert capsys.readouterr() == (
+        "",
+        "error: JAX_PLATFORM_NAME='gpu': JAX has no such device here (Unknown backend); unset the variable, set it to"
+        " cpu, or install JAX for that device\n",
+    )
+    monkeypatch.delenv("JAX_PLATFORM_NAME")
+    assert fit.main(["--config", str(small)]) == 2
+    assert "error: JAX finds no device (Unknown backend); set JAX_PLATFORMS=cpu" in capsys.readouterr().err

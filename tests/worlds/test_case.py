@@ -206,4 +206,4 @@ def test_worlds_share_no_code_with_the_fitted_simulator():
         "print(sorted({p[1] for p in parts if p[0] == 'acf_jax' and len(p) > 1}), ['jax'] in parts)"
     )
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
-    assert out.strip() == "['errors', 'files', 'folders', 'worlds'] False"
+    assert out.strip() == "['documents', 'errors', 'files', 'folders', 'worlds'] False"

@@ -105,7 +105,7 @@ def read_answer(folder: Path) -> Answer:
 def check_answer(where: Path | str, content: Any) -> Answer:
     """An answer from its keys; `InputError` names those that are wrong, and effects that may be misspelt."""
     remedy = "write effects: [...], with components: [...] for an unknown one"
-    answer = check_form(Answer, content, where, remedy, strict=True)
+    answer = check_form(Answer, content, where, remedy)
     strange = [name for name in answer.effects if name not in library()]
     if strange and not answer.components:
         raise InputError(
@@ -120,5 +120,5 @@ def read_said(result: Path) -> Said | Failed:
     path, remedy = result / DIAGNOSIS, "remove its folder, and diagnose again"
     content = read_json_mapping(path, remedy)
     if "error" in content:
-        return check_form(Failed, content, path, remedy, strict=True)
-    return check_form(Said, content, path, remedy, strict=True)
+        return check_form(Failed, content, path, remedy)
+    return check_form(Said, content, path, remedy)

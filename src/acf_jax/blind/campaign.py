@@ -12,6 +12,7 @@ from acf_jax.blind.answer import DIAGNOSIS
 from acf_jax.blind.plan import WEAK, Order, draw_plan
 from acf_jax.blind.seal import ENDED, SEAL, is_opened, seal_answers
 from acf_jax.dataset import GapDataset, data_sets, read_dataset
+from acf_jax.documents import yaml_text
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_json_mapping, read_text, read_yaml_mapping, write_text
 from acf_jax.folders import read_folder, write_folder
@@ -70,8 +71,6 @@ def make(folder: Path, seed: int, cases: int, worlds: Sequence[str], where: Wher
 
 def _make_one(order: Order) -> tuple[Files, str]:
     """The files of a data set, and its answer, which goes elsewhere."""
-    import yaml
-
     from acf_jax.blind.imitate import imitators
     from acf_jax.worlds import answer_of, make_case, write_data
 
@@ -85,7 +84,7 @@ def _make_one(order: Order) -> tuple[Files, str]:
         answer["ceiling"] = ceiling(case)
     with tempfile.TemporaryDirectory() as scratch:
         write_data(case, Path(scratch))
-        return read_folder(Path(scratch)), yaml.safe_dump(answer, sort_keys=False)
+        return read_folder(Path(scratch)), yaml_text(answer)
 
 
 def diagnose_all(folder: Path, results: Path, where: Where, report: Report) -> list[str]:

@@ -8,7 +8,7 @@ import numpy as np
 from acf_jax.blind.answer import Answer, Failed, Said
 from acf_jax.blind.plan import WEAK
 from acf_jax.dataset import read_conditions, read_dataset
-from acf_jax.dataset.table import read_table
+from acf_jax.dataset.columns import read_columns
 from acf_jax.diagnosis.model_file import GapModel, read_model
 from acf_jax.diagnosis.predict import predict
 from acf_jax.effects import library
@@ -151,16 +151,9 @@ def force_at(times: np.ndarray, predicted_at: np.ndarray, force: np.ndarray) -> 
 
 def _true_force(path: Path) -> np.ndarray:
     """Time, s, and force, N, of a noise-free trace, shape (samples, 2)."""
-    columns = ("time_s", "force_n")
-    table = read_table(path, columns)
+    table, (_, values) = read_columns(path, ("time_s", "force_n"))
     if not table.faults:
-        values = np.array([[table.number(row, column) for column in columns] for row in table.rows], float)
-        if (
-            not table.faults
-            and len(values) > 1
-            and (np.diff(values[:, 0]) > 0).all()
-            and values[:, 1].max() > 0
-        ):
+        if len(values) > 1 and (np.diff(values[:, 0]) > 0).all() and values[:, 1].max() > 0:
             return values
         table.fault("", "must hold an impact, its time increasing; draw the data set again")
     raise InputError(table.shown_faults())

@@ -4,16 +4,35 @@ import gzip
 import hashlib
 import json
 import time
-import zlib
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, FiniteFloat
+
 from acf_jax.blind.answer import ANSWER, DIAGNOSIS, Answer, check_answer, read_answer
+from acf_jax.documents import MOST_BYTES, parse_json
 from acf_jax.errors import InputError
-from acf_jax.files import read_bytes, read_json_mapping, read_yaml_mapping, write_bytes, write_text
+from acf_jax.files import (
+    read_bytes,
+    read_json_mapping,
+    read_yaml_mapping,
+    text_of,
+    unpacked,
+    write_bytes,
+    write_text,
+)
+from acf_jax.forms import check_form
 
 ANSWERS, SEAL, OPENED = "answers.sealed", "seal.json", "opened.json"
 ENDED = "a blind run ends with the opening of its answers: start another one"
+
+
+class Seal(BaseModel):
+    """What is known of the answers under a seal."""
+
+    sha256: str  # of the answers as packed
+    data_sets: int
+    sealed_at: FiniteFloat  # s since 1970
 
 
 def seal_answers(folder: Path, answers: dict[str, dict[str, Any]]) -> str:
@@ -23,12 +42,13 @@ def seal_answers(folder: Path, answers: dict[str, dict[str, Any]]) -> str:
     """
     if not answers:
         raise InputError(f"{folder}: no answers to seal; each data set needs an answer.yaml")
-    plain = json.loads(json.dumps(answers, default=str, skipkeys=True))  # a date in YAML becomes its text
-    content = gzip.compress(json.dumps(plain, sort_keys=True).encode(), mtime=0)
+    text = json.dumps(answers, sort_keys=True)
+    parse_json(text, f"{folder}: the answers", "correct them")  # as they are to be read again
+    content = gzip.compress(text.encode(), mtime=0)
     digest = hashlib.sha256(content).hexdigest()
     write_bytes(folder / ANSWERS, content)
-    record = {"sha256": digest, "data_sets": len(answers), "sealed_at": time.time()}
-    write_text(folder / SEAL, json.dumps(record, indent=1) + "\n")
+    record = Seal(sha256=digest, data_sets=len(answers), sealed_at=time.time())
+    write_text(folder / SEAL, record.model_dump_json(indent=1) + "\n")
     return digest
 
 
@@ -45,7 +65,7 @@ def seal_folder(folder: Path) -> str:
         seal, content = _read_seal(folder)
         if not beside or _unpack(folder / ANSWERS, content, list(beside)) != beside:
             raise InputError(f"{folder / SEAL}: these answers are sealed already")
-        digest = str(seal["sha256"])
+        digest = seal.sha256
     else:
         _check_beside(folder, [p.parent.name for p in folder.glob("*/dataset.yaml")] if files else [])
         digest = seal_answers(folder, {file.parent.name: read_yaml_mapping(file) for file in files})
@@ -63,12 +83,12 @@ def check_answers(folder: Path, names: list[str]) -> str | None:
         _check_beside(folder, names)
         return None
     seal, _ = _read_seal(folder)
-    if seal["data_sets"] < len(names):
+    if seal.data_sets < len(names):
         raise InputError(
-            f"{folder / SEAL}: {seal['data_sets']} answers are under the seal, but there are {len(names)} data sets;"
+            f"{folder / SEAL}: {seal.data_sets} answers are under the seal, but there are {len(names)} data sets;"
             " remove those that came later"
         )
-    return str(seal["sha256"])
+    return seal.sha256
 
 
 def is_opened(folder: Path, results: Path) -> bool:
@@ -87,10 +107,10 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, Ans
     if not (folder / SEAL).exists():
         return {name: read_answer(folder / name) for name in names}
     seal, content = _read_seal(folder)
-    hashes = {}
+    answers, hashes = _unpack(folder / ANSWERS, content, names), {}
     for name in names:
         file = results / name / DIAGNOSIS
-        if file.stat().st_mtime < seal["sealed_at"]:
+        if file.stat().st_mtime < seal.sealed_at:
             raise InputError(f"{file}: is older than the seal; diagnose this data set again")
         hashes[name] = hashlib.sha256(read_bytes(file)).hexdigest()
     record = results / OPENED
@@ -104,18 +124,15 @@ def open_answers(folder: Path, results: Path, names: list[str]) -> dict[str, Ans
             )
     else:
         write_text(record, json.dumps({"opened_at": time.time(), "diagnoses": hashes}, indent=1) + "\n")
-    return _unpack(folder / ANSWERS, content, names)
+    return answers
 
 
-def _read_seal(folder: Path) -> tuple[dict[str, Any], bytes]:
+def _read_seal(folder: Path) -> tuple[Seal, bytes]:
     """The record of the sealing, and the answers still packed, which match its hash."""
     path, remedy = folder / SEAL, "the answers can no longer be trusted; make and seal them again"
-    seal = read_json_mapping(path, remedy)
-    wanted = {"sha256": str, "data_sets": int, "sealed_at": float}
-    if wrong := [name for name, kind in wanted.items() if not isinstance(seal.get(name), kind)]:
-        raise InputError(f"{path}: {', '.join(wrong)} is missing or wrong; {remedy}")
+    seal = check_form(Seal, read_json_mapping(path, remedy), path, remedy)
     content = read_bytes(folder / ANSWERS)
-    if hashlib.sha256(content).hexdigest() != seal["sha256"]:
+    if hashlib.sha256(content).hexdigest() != seal.sha256:
         raise InputError(
             f"{folder / ANSWERS}: does not match the hash in {SEAL}: the answers were changed; {remedy}"
         )
@@ -123,10 +140,9 @@ def _read_seal(folder: Path) -> tuple[dict[str, Any], bytes]:
 
 
 def _unpack(path: Path, content: bytes, names: list[str]) -> dict[str, Answer]:
-    try:
-        answers = json.loads(gzip.decompress(content))
-    except (OSError, EOFError, zlib.error, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: cannot be unpacked ({error}); make and seal the answers again") from None
+    again = "make and seal the answers again"
+    text = text_of(unpacked(content, path, again, MOST_BYTES["JSON"]), path)
+    answers = parse_json(text, path, again)
     if not isinstance(answers, dict) or (missing := [name for name in names if name not in answers]):
         which = f"for {', '.join(missing)}" if isinstance(answers, dict) else "at all"
         raise InputError(f"{path}: holds no answer {which}; remove data sets that came after the sealing")

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import click
 
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, one_line
 
 FAULT, STOPPED = 2, 130
 NOTHING_LEFT = "nothing is left half-written"
@@ -34,7 +34,7 @@ def end_well(work: Callable[[], int | None]) -> int:
     except click.exceptions.NoArgsIsHelpError as error:
         return _say(FAULT, error.format_message())
     except click.ClickException as error:
-        return _say(FAULT, f"error: {error.format_message()}", *_usage(error))
+        return _say(FAULT, f"error: {one_line(error.format_message())}", *_usage(error))
     except click.Abort as abort:  # click's name for Ctrl-C
         return _say(STOPPED, f"stopped; {str(abort.__cause__ or '') or NOTHING_LEFT}")
     except KeyboardInterrupt as stop:

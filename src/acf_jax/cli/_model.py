@@ -1,14 +1,14 @@
 """The model that `peak`, `design`, `speed` and `check` work with: a rig, a diagnosis, or a surrogate of one."""
 
-import json
-import math
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from acf_jax.cli._rig import RIG, read_rig
+from acf_jax.documents import is_number, parse_json
 from acf_jax.errors import InputError, shown
-from acf_jax.files import read_bytes, read_json_mapping, read_yaml_mapping
+from acf_jax.files import read_bytes, read_json_mapping, read_yaml_mapping, text_of
 
 if TYPE_CHECKING:
     from acf_jax.contact.model import ContactModel
@@ -96,11 +96,11 @@ class ModelFile:
         """Of the header only; `load` reads the rest."""
         header: Any = None
         try:
-            header = json.loads(read_bytes(self.path).partition(b"\n")[0])
+            line = read_bytes(self.path).partition(b"\n")[0]
         except InputError as error:
             return error.faults
-        except (ValueError, RecursionError):
-            pass
+        with suppress(InputError):
+            header = parse_json(text_of(line, self.path), self.path, "")
         if not isinstance(header, dict) or header.get("format") != TRAINED:
             return [
                 f"{self.path}: is no surrogate of a corrected model; use a model.eqx that train.fit wrote with"
@@ -172,16 +172,15 @@ class ModelFile:
 
 
 def _is_range(value: Any) -> bool:
-    numbers = isinstance(value, list) and len(value) == 2 and all(isinstance(x, int | float) for x in value)
-    return numbers and 0 <= value[0] < value[1] < math.inf
+    numbers = isinstance(value, list) and len(value) == 2 and all(is_number(x) for x in value)
+    return numbers and 0 <= value[0] < value[1]
 
 
 def _share_fault(name: Any, value: Any) -> str | None:
     if name not in (*RIG, *IMPACT):
         return f"is not known; use {', '.join((*RIG, *IMPACT))}"
-    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     return (
         None
-        if number and 0 <= value <= 0.5
+        if is_number(value) and 0 <= value <= 0.5
         else f"must be a share from 0 to 0.5, but is {shown(value)}; correct it"
     )

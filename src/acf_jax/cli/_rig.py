@@ -1,10 +1,10 @@
 """A rig from a YAML file or from options, checked, with all faults at once."""
 
-import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from acf_jax.documents import is_number
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 
@@ -18,8 +18,7 @@ def value_fault(name: str, value: Any, where: str) -> str | None:
     from acf_jax.dataset.units import unit_fault
 
     range_ = "positive" if name in MUST_BE_POSITIVE else "zero or positive"
-    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if number and (value > 0 or (value == 0 and name not in MUST_BE_POSITIVE)):
+    if is_number(value) and (value > 0 or (value == 0 and name not in MUST_BE_POSITIVE)):
         return f"{where} {fault}" if (fault := unit_fault(name, value)) else None
     return (
         f"{where} must be a number, finite and {range_}, in {UNITS[name]}, but is {shown(value)}; correct it"

@@ -3,7 +3,7 @@
 import click
 
 WORKERS = click.option(
-    "--workers", default=2, show_default=True, type=click.IntRange(min=1), help="Processes on this machine."
+    "--workers", default=2, show_default=True, type=click.IntRange(1, 1024), help="Processes on this machine."
 )
 SCHEDULER = click.option(
     "--scheduler",

@@ -8,6 +8,7 @@ import click
 from acf_jax.cli._ending import resumable
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import counts
+from acf_jax.cli._seed import SEED
 from acf_jax.cli._workers import SCHEDULER, WORKERS, say
 
 if TYPE_CHECKING:
@@ -26,10 +27,10 @@ GOES_ON = "the same command goes on where it was"
 
 @click.group(epilog=EXAMPLES, invoke_without_command=True)
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for data sets, diagnoses and score.")
+@click.option("--seed", default=1, show_default=True, type=SEED, help="Of all that is drawn.")
 @click.option(
-    "--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Of all that is drawn."
+    "--cases", default=40, show_default=True, type=click.IntRange(3, 10_000), help="Data sets to draw."
 )
-@click.option("--cases", default=40, show_default=True, type=click.IntRange(min=3), help="Data sets to draw.")
 @click.option(
     "--world",
     "worlds",

@@ -6,6 +6,7 @@ import click
 
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import stages
+from acf_jax.cli._seed import SEED
 
 EXAMPLES = """
 \b
@@ -18,9 +19,7 @@ Examples:
 @click.command(epilog=EXAMPLES)
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for the results.")
-@click.option(
-    "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of the bootstrap intervals."
-)
+@click.option("--seed", default=0, show_default=True, type=SEED, help="Of the bootstrap intervals.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: diagnosis.json.")
 def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
     """Diagnose the sim-to-real gap of the data set in the folder DATASET.

@@ -11,6 +11,7 @@ import click
 from acf_jax.cli._ending import resumable
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import counts
+from acf_jax.cli._seed import SEED
 from acf_jax.cli._workers import SCHEDULER, WORKERS, say
 
 if TYPE_CHECKING:
@@ -36,9 +37,7 @@ Examples:
     type=click.Path(path_type=Path),
     help="The results of an earlier run, to compare with; several times for several runs, oldest first.",
 )
-@click.option(
-    "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of the bootstrap intervals."
-)
+@click.option("--seed", default=0, show_default=True, type=SEED, help="Of the bootstrap intervals.")
 @WORKERS
 @SCHEDULER
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: fleet.json.")

@@ -45,7 +45,9 @@ SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 @click.option("--position", metavar="SIGNAL", help="m, in place of the velocity: its derivative counts.")
 @click.option("--pretension", metavar="SIGNAL", help="N; or a number.")
 @click.option("--time", metavar="COLUMN", help="Of the times, in a table; or A+B, their sum.")
-@click.option("--rate", "sample_rate_hz", metavar="HZ", help="Sampling rate of a table without times.")
+@click.option(
+    "--rate", "sample_rate_hz", type=float, metavar="HZ", help="Sampling rate of a table without times."
+)
 @click.option(
     "--review", type=click.Path(path_type=Path), help="YAML file of the cuts: written, then honoured."
 )
@@ -60,7 +62,7 @@ def command(
     review: Path | None,
     listed: bool,
     as_json: bool,
-    **signals: str | None,
+    **signals: str | float | None,
 ) -> None:
     """Cut a gap data set from RECORDING: a ROS bag, or a table or arrays of any kind that docs/import.md lists.
 

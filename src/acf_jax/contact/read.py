@@ -13,6 +13,7 @@ from acf_jax.diagnosis.model_file import GapModel
 from acf_jax.diagnosis.model_file import Variant as Saved
 from acf_jax.diagnosis.predict import Which, tried_reach
 from acf_jax.diagnosis.space import LEAST_SHARE, parameters
+from acf_jax.errors import InputError
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 IMPACT = ("v_e", "f_p")
@@ -83,11 +84,14 @@ def of_diagnosis(
 def by_surrogate(model: ContactModel, surrogate: CorrectedSurrogate) -> ContactModel:
     """A diagnosis' model with a surrogate for its main explanation; what stands beside it is simulated all the same.
 
-    **Raises:** `ValueError` for a model or a surrogate that does not fit.
+    **Raises:** `InputError` for a model or a surrogate that does not fit.
     """
-    law, names = model.main.peak, surrogate.domain.names[:-1]
-    if not isinstance(law, Simulated) or names != model.names or surrogate.which != "contact":
-        raise ValueError("the surrogate stands for another model; use the model that model.eqx carries")
+    law, domain, source = model.main.peak, surrogate.domain, model.source
+    if not isinstance(law, Simulated) or domain.names[:-1] != model.names or surrogate.which != "contact":
+        raise InputError(f"{source}: the surrogate stands for another model than it carries; train it again")
+    for name in domain.names:
+        if (span := domain.span(name)) and (fault := possible_fault(model, name, span)):
+            raise InputError(f"{source}: header: domain: {name} {fault.partition(';')[0]}; train it again")
     return eqx.tree_at(lambda m: m.main.peak, model, Trained(surrogate, law))
 
 

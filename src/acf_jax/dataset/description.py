@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, Field
 
 from acf_jax.dataset import units
 from acf_jax.dataset.trials import Measurement, Prior, RigPrior
@@ -12,13 +12,6 @@ from acf_jax.files import read_yaml_mapping
 from acf_jax.forms import Part, check_form
 
 SCHEMA = "acf-gap-dataset/1"
-
-
-def _number(value: Any) -> Any:
-    # pydantic would take yes and true for 1, and '3_4' for 34
-    if isinstance(value, bool) or (isinstance(value, str) and "_" in value):
-        raise ValueError("must be a number; write digits, such as 3.4e5")
-    return value
 
 
 def _within(limit: units.Limit) -> AfterValidator:
@@ -41,27 +34,26 @@ def _below(limit: units.Limit) -> AfterValidator:
     return _within(replace(limit, low=0.0))
 
 
-Number = Annotated[float, BeforeValidator(_number)]
-Std = Annotated[Number, AfterValidator(_is_a_deviation)]
+Std = Annotated[float, AfterValidator(_is_a_deviation)]
 
 
 class _Mass(Part):
-    value: Annotated[Number, _within(units.MASS)]
+    value: Annotated[float, _within(units.MASS)]
     std: Annotated[Std, _below(units.MASS)]
 
 
 class _Damping(Part):
-    value: Annotated[Number, _within(units.DAMPING)]
+    value: Annotated[float, _within(units.DAMPING)]
     std: Annotated[Std, _below(units.DAMPING)]
 
 
 class _ActuatorStiffness(Part):
-    value: Annotated[Number, _within(units.ACTUATOR_STIFFNESS)]
+    value: Annotated[float, _within(units.ACTUATOR_STIFFNESS)]
     std: Annotated[Std, _below(units.ACTUATOR_STIFFNESS)]
 
 
 class _ContactStiffness(Part):
-    value: Annotated[Number, _within(units.CONTACT_STIFFNESS)]
+    value: Annotated[float, _within(units.CONTACT_STIFFNESS)]
     std: Annotated[Std, _below(units.CONTACT_STIFFNESS)]
 
 
@@ -73,11 +65,11 @@ class _Rig(Part):
 
 
 class _Measurement(Part):
-    force_noise_std_n: Annotated[Number, _within(units.FORCE_NOISE)] | None = None
-    contact_velocity_rel_std: Annotated[Number, _within(units.RELATIVE_STD)] = (
+    force_noise_std_n: Annotated[float, _within(units.FORCE_NOISE)] | None = None
+    contact_velocity_rel_std: Annotated[float, _within(units.RELATIVE_STD)] = (
         Measurement.contact_velocity_rel_std
     )
-    pretension_rel_std: Annotated[Number, _within(units.RELATIVE_STD)] = Measurement.pretension_rel_std
+    pretension_rel_std: Annotated[float, _within(units.RELATIVE_STD)] = Measurement.pretension_rel_std
 
 
 class _Document(Part):

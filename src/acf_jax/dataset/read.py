@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from acf_jax.dataset import units
+from acf_jax.dataset.columns import read_columns
 from acf_jax.dataset.description import read_description
 from acf_jax.dataset.table import Row, Table, read_table
 from acf_jax.dataset.trials import Array, GapDataset, Measurement, RigPrior, Trace, Trial
@@ -15,6 +16,7 @@ from acf_jax.files import inside
 
 _CONDITION = ("trial", "contact_velocity_m_per_s", "pretension_n")
 _RESULT = ("peak_force_n", "trace")
+_MOST_TRIALS = 10_000
 _PARTS = ("dataset.yaml", "trials.csv", "traces")  # of a data set
 _SAFE_NAME = re.compile(r"\w([\w .+-]{0,98}\w)?", re.ASCII)
 
@@ -100,6 +102,9 @@ def _read_trials(folder: Path, rig: RigPrior, faults: list[str]) -> list[Trial]:
         table.fault("", "columns 'peak_force_n' and 'trace' are both missing; add at least one")
     if len(table.rows) < 3:
         table.fault("", f"lists {len(table.rows)} trials; a diagnosis needs at least 3")
+    if len(table.rows) > _MOST_TRIALS:  # each is compared with the others
+        faults.append(f"{table.path}: lists {len(table.rows):,} trials; give {_MOST_TRIALS:,} at most")
+        return []
     rows = [(row, _trial(table, row)) for row in table.rows]
     _check_names(table, [(row, row.cells["trial"]) for row in table.rows])
     trials = [trial for _, trial in rows if trial]
@@ -184,18 +189,17 @@ def _read_traces(
 
 def _read_trace(path: Path, impact_time: float, expected: float | None) -> Trace:
     """The trace in a file; `InputError` with its faults, judged against impact time, s, and peak, N."""
-    table = read_table(path, ("time_s", "force_n"))
-    if not table.faults and not table.rows:
+    table, (lines, samples) = read_columns(path, ("time_s", "force_n"))
+    if not table.faults and not lines.size:
         table.fault("", "holds no samples; record the trace again, or leave the cell `trace` empty")
-    if "time_s" not in table.columns or "force_n" not in table.columns or not table.rows:
-        raise InputError(table.shown_faults())
-    samples = [(table.number(row, "time_s"), table.number(row, "force_n")) for row in table.rows]
     if table.faults:
         raise InputError(table.shown_faults())
-    time, force = np.array(samples, float).T
+    time, force = samples.T
     for index in np.flatnonzero(np.diff(time) <= 0.0):
         what = f"time_s is {time[index + 1]:g} after {time[index]:g}; time must increase from row to row"
-        table.fault(f"row {table.rows[index + 1].number}", what)
+        table.fault(f"row {lines[index + 1]}", what)
+        if table.is_hopeless:
+            break
     trace = Trace(_frozen(time), _frozen(force))
     if time.size < 3:
         table.fault("", f"holds {time.size} samples; record the whole impact")

@@ -91,10 +91,10 @@ class GapDataset:
     @property
     def conditions(self) -> dict[tuple[float, float], tuple[int, ...]]:
         """The trials (by index) of each commanded condition, in the order of their first appearance."""
-        groups: dict[tuple[float, float], tuple[int, ...]] = {}
+        groups: dict[tuple[float, float], list[int]] = {}
         for index, trial in enumerate(self.trials):
-            groups[trial.condition] = (*groups.get(trial.condition, ()), index)
-        return groups
+            groups.setdefault(trial.condition, []).append(index)
+        return {condition: tuple(indices) for condition, indices in groups.items()}
 
     @property
     def digest(self) -> str:

@@ -1,5 +1,6 @@
 """The question of a design, design.yaml: one frozen model, every fault at once."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -29,29 +30,20 @@ Span = tuple[float, float]  # lowest and highest value
 COORDINATE: dict[str, str | None] = {"fastest": "v_e", "highest_process_force": "f_p", "widest_margin": None}
 
 
-def _no_flag(value: Any) -> Any:
-    """A truth value is no number, though Python takes it for one."""
-    if isinstance(value, bool):
-        raise ValueError(f"must be a number, but is {shown(value)}; correct it")
-    return value
-
-
 def _is_a_share(value: float) -> float:
     if not 0 <= value <= 0.5:
         raise ValueError(f"must lie between 0 and 0.5, but is {value:g}; give a share of the value")
     return value
 
 
-Number = Annotated[float, BeforeValidator(_no_flag)]
-Share = Annotated[Number, AfterValidator(_is_a_share)]
-Count = Annotated[int, BeforeValidator(_no_flag)]
+Share = Annotated[float, AfterValidator(_is_a_share)]
 
 
 class Range(Part):
     """What a free quantity may be."""
 
-    low: Number = Field(ge=0)
-    high: Number = Field(ge=0)
+    low: float = Field(ge=0)
+    high: float = Field(ge=0)
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
@@ -72,7 +64,7 @@ def _no_list(value: Any) -> Any:
     return value
 
 
-Fixed = Annotated[Number, Field(ge=0), Tag("number")]
+Fixed = Annotated[float, Field(ge=0), Tag("number")]
 Quantity = Annotated[Fixed | Annotated[Range, Tag("range")], Discriminator(_kind), BeforeValidator(_no_list)]
 
 
@@ -81,15 +73,15 @@ class Config(Part):
 
     model: Path = Field(description="a rig's YAML file or a diagnosis' model.json, beside this file")
     surrogate: Path | None = Field(default=None, description="a model.eqx in place of the rig's closed form")
-    limit: Number = Field(gt=0, description="N, of the peak contact force")
-    probability: Number = Field(default=0.95, ge=0.5, le=0.9999, description="that the limit holds")
+    limit: float = Field(gt=0, description="N, of the peak contact force")
+    probability: float = Field(default=0.95, ge=0.5, le=0.9999, description="that the limit holds")
     f_p: Quantity = Field(description="N, pretension, which sets the process force")
     v_e: Quantity = Field(description="m/s, contact velocity")
     free: dict[str, Range] = Field(default={}, description="further parameters of the model")
     relative_std: dict[str, Share] = Field(default={}, description="standard deviation over value")
-    starts: Count = Field(default=32, ge=1, le=1024)
-    draws: Count = Field(default=8192, ge=256, le=2**20)
-    seed: Count = Field(default=0, ge=0, lt=2**31)
+    starts: int = Field(default=32, ge=1, le=1024)
+    draws: int = Field(default=8192, ge=256, le=2**20)
+    seed: int = Field(default=0, ge=0, lt=2**31)
     goal: Goal  # last: its validator sees all others that are sound, whatever is wrong with the rest
 
     @field_validator("limit", *IMPACT)
@@ -164,7 +156,7 @@ class Question(NamedTuple):
         spans = {}
         for name, value in given.items():
             try:
-                sound = _QUANTITY.validate_python(value)
+                sound = _QUANTITY.validate_json(json.dumps(value), strict=True)
             except ValidationError:
                 continue
             spans[str(name)] = _span(sound)
@@ -182,8 +174,9 @@ def read_question(path: Path) -> Question:
     except InputError as error:
         faults = error.faults
     question = Question(config, content, faults)
-    spans = {name: question.spans().get(name) for name in question.names("free")}
-    faults += [f"{path}: free.{fault}" for fault in _further_faults(spans)]
+    spans = question.spans()
+    further = _further_faults({name: spans.get(name) for name in question.names("free")})
+    faults += [f"{path}: free.{fault}" for fault in further]
     return question._replace(config=None) if faults else question
 
 

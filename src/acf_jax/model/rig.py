@@ -8,24 +8,51 @@ from jaxtyping import Array, ArrayLike, Float
 
 
 def _parameter(value: ArrayLike) -> Array:
-    """The value as a floating array; its own precision where it has one, JAX's default otherwise."""
+    """The value as a floating array: in its own precision from float32 on, else in JAX's default.
+
+    Half precision ends at 65504, below any contact's stiffness in N/m, and is computed in float32.
+    """
+    if isinstance(value, int | np.integer | np.ndarray) and np.asarray(value).dtype.kind in "iuO":
+        value = _as_float(value)  # JAX's integers may have 32 bits only
     array = jnp.asarray(value)
-    return array if jnp.issubdtype(array.dtype, jnp.floating) else array.astype(float)
+    if jnp.issubdtype(array.dtype, jnp.floating):
+        return array.astype(jnp.float32) if jnp.finfo(array.dtype).bits < 32 else array
+    if jnp.issubdtype(array.dtype, jnp.integer):
+        return array.astype(float)
+    raise ValueError(f"parameters must be real numbers, but are {array.dtype}; give values in SI units")
 
 
-def _check_signs(owner: eqx.Module, positive: tuple[str, ...], not_negative: tuple[str, ...]) -> None:
-    """Raise `ValueError` that lists each field outside its range; traced values cannot be checked."""
+def _as_float(value: ArrayLike) -> np.ndarray | float:
+    """Integers of any size; what float64 does not hold is infinite."""
+    try:
+        return np.asarray(value, float)
+    except OverflowError:
+        return np.inf
+
+
+def _check_ranges(owner: eqx.Module, positive: tuple[str, ...], not_negative: tuple[str, ...]) -> None:
+    """Raise `ValueError` that lists each field outside its range; traced values cannot be checked.
+
+    Beyond sizes that no rig has, far from float64's ends but not from float32's, (k_C/K)^2 and the like would
+    underflow, and the peak would not be a number.
+    """
     faults = []
     for name in positive + not_negative:
         field = getattr(owner, name)
         if isinstance(field, jax.core.Tracer):
             continue
         value = np.asarray(field)  # NumPy compares without compiling anything
-        in_range = np.isfinite(value) & (value > 0 if name in positive else value >= 0)
-        if not in_range.all():
-            range_ = "positive" if name in positive else "zero or positive"
-            shown = value[~in_range].flat[0]
-            faults.append(f"{type(owner).__name__}.{name} must be finite and {range_}, but is {shown:g}")
+        root = float(jnp.finfo(value.dtype).tiny) ** 0.25
+        low, high = (16 * root if name in positive else 0.0), 4 / root
+        sign = "positive" if name in positive else "zero or positive"
+        for is_right, what in (
+            (np.isfinite(value) & (value > 0 if name in positive else value >= 0), f"finite and {sign}"),
+            ((value >= low) & (value <= high), f"between {low:.2g} and {high:.2g} in {value.dtype}"),
+        ):
+            if not is_right.all():
+                shown = value[~is_right].flat[0]
+                faults.append(f"{type(owner).__name__}.{name} must be {what}, but is {shown:g}")
+                break
     if faults:
         raise ValueError("; ".join(faults) + "; give values in SI units (kg, N s/m, N/m, m/s, N)")
 
@@ -47,7 +74,7 @@ class Rig(eqx.Module):
         self.m, self.d, self.k_f, self.k_c = map(_parameter, (m, d, k_f, k_c))
 
     def __check_init__(self) -> None:
-        _check_signs(self, positive=("m", "k_c"), not_negative=("d", "k_f"))
+        _check_ranges(self, positive=("m", "k_c"), not_negative=("d", "k_f"))
 
     @property
     def k(self) -> Array:
@@ -83,7 +110,7 @@ class Impact(eqx.Module):
         self.v_e, self.f_p = _parameter(v_e), _parameter(f_p)
 
     def __check_init__(self) -> None:
-        _check_signs(self, positive=(), not_negative=("v_e", "f_p"))
+        _check_ranges(self, positive=(), not_negative=("v_e", "f_p"))
 
 
 def shape_of(rig: Rig, impact: Impact) -> tuple[int, ...]:

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
-from acf_jax.forms import Part, problems
+from acf_jax.forms import Part, problems, validated
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _OPTIONS = {"sample_rate_hz": "rate"}  # keys whose option is called otherwise
@@ -134,7 +134,7 @@ def read_mapping(path: Path | None, options: dict[str, Any]) -> Mapping:
             content = {key: value for key, value in content.items() if key not in either}
     content |= given
     try:
-        return Mapping.model_validate(content)
+        return validated(Mapping, content)
     except ValidationError as error:
         found = list(problems(Mapping, content, error))
     where = path or "options"

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import BeforeValidator, Field
 
 from acf_jax.dataset import units
+from acf_jax.documents import yaml_text
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
 from acf_jax.forms import Part, check_form
@@ -95,7 +95,7 @@ def kept_faults(path: Path, kept: Sequence[Cut]) -> list[str]:
 
 def review_text(recording: str, entries: list[tuple[Entry, str]]) -> str:
     """The file as text: one cut a line, with what was measured as a comment."""
-    name = yaml.safe_dump(recording, width=10_000).splitlines()[0]
+    name = yaml_text(recording).splitlines()[0]
     lines = [
         HEAD.format(recording=" ".join(recording.split())),
         f"schema: {SCHEMA}",
@@ -104,6 +104,6 @@ def review_text(recording: str, entries: list[tuple[Entry, str]]) -> str:
     ]
     for entry, comment in entries:
         keep = AUTO if entry.keep is None else str(entry.keep).lower()
-        trial = yaml.safe_dump(entry.trial).splitlines()[0]
+        trial = yaml_text(entry.trial).splitlines()[0]
         lines.append(f"  - {{trial: {trial}, contact_s: {entry.contact_s:.9f}, keep: {keep}}}  # {comment}")
     return "\n".join([*lines, ""])

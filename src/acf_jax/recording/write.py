@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import yaml
-
 from acf_jax.dataset import read_dataset
 from acf_jax.dataset.description import SCHEMA
+from acf_jax.documents import yaml_text
 from acf_jax.errors import InputError
 from acf_jax.files import write_text
 from acf_jax.recording.cut import Cut
@@ -66,14 +65,12 @@ def review_of(impacts: Impacts) -> str:
 
 def _description(impacts: Impacts, rig: RigFile | None) -> str:
     own = (rig.description if rig else "") or f"impacts cut from {impacts.session.path.name}"
-    head = yaml.safe_dump({"schema": SCHEMA, "description": own}, sort_keys=False)
+    head = yaml_text({"schema": SCHEMA, "description": own})
     measured = zip(MEASURED, (impacts.velocity_spread, impacts.pretension_spread), strict=True)
     spread = {key: min(value, 0.25) for key, value in measured if value is not None}
     measurement = spread | (rig.measurement if rig else {})
-    body = yaml.safe_dump({"rig": rig.rig}, sort_keys=False) if rig else TEMPLATE
-    return (
-        head + body + (yaml.safe_dump({"measurement": measurement}, sort_keys=False) if measurement else "")
-    )
+    body = yaml_text({"rig": rig.rig}) if rig else TEMPLATE
+    return head + body + (yaml_text({"measurement": measurement}) if measurement else "")
 
 
 def _row(impacts: Impacts, cut: Cut) -> str:

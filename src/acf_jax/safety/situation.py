@@ -1,6 +1,7 @@
 """One contact of robot and person, and a table of them."""
 
 import math
+from itertools import takewhile
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -73,7 +74,8 @@ def read_situations(path: Path, limits: Limits) -> tuple[Situation, ...]:
     for column in table.columns:
         if column not in (*REQUIRED, *OPTIONAL) and (hint := _meant(column)):
             table.fault("", f"column {shown(column)} is not known{hint}; correct or rename it")
-    found = [s for row in table.rows if (s := _situation(table, row, limits))]
+    rows = takewhile(lambda _: not table.is_hopeless, table.rows)
+    found = [s for row in rows if (s := _situation(table, row, limits))]
     if not table.rows and not table.faults:
         table.fault("", "holds no situations; add one row a situation below the first line")
     if table.faults:

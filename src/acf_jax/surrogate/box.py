@@ -14,6 +14,15 @@ UNITS = {"m": "kg", "zeta": "1", "k_f": "N/m", "k_c": "N/m", "v_e": "m/s", "f_p"
 _ROUNDING = 1e-5
 
 
+def sign_fault(name: str, low: float) -> str | None:
+    """Why the range of a quantity of rig or impact cannot begin at `low`; None where it can, and for any other."""
+    if name in ("m", "k_c", "v_e") and low <= 0:
+        return f"low must be above 0, but is {low:g}; the model needs a positive {name}"
+    if name in ("d", "zeta", "k_f", "f_p", "mobility") and low < 0:
+        return f"low must be 0 or above, but is {low:g}; correct it"
+    return None
+
+
 @dataclass(frozen=True)
 class Box:
     """Lowest and highest value of m, zeta (which stands for d), k_F, k_C, v_E and F_P, in SI units."""

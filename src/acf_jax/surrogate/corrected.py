@@ -16,6 +16,7 @@ from acf_jax.surrogate.surrogate import Affine
 Scalar = Float[Array, ""]
 
 M, D, K_F, K, V_E, F_P, MOBILITY = 0, 1, 2, 3, -3, -2, -1  # places in q
+FIRST, LAST = ("m", "d", "k_f", "k_c"), ("v_e", "f_p", "mobility")  # the names at these places
 FEATURES = ("F_P/F_0", "zeta")  # what the network sees besides its inputs
 OUTPUTS = ("ln(F_max/F_0)", "omega t_max", "whether it answers")
 HALF_PERIOD = jnp.pi  # omega t, by which the first peak has come

@@ -4,12 +4,20 @@ import json
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import jax
 import numpy as np
 from pydantic import BaseModel, Field
 
 from acf_jax.errors import InputError
-from acf_jax.surrogate.corrected import FEATURES, OUTPUTS, Bounds, CorrectedSurrogate, Domain
-from acf_jax.surrogate.load import Shape, blank_network, check_header, fill
+from acf_jax.surrogate.corrected import FEATURES, FIRST, LAST, OUTPUTS, Bounds, CorrectedSurrogate, Domain
+from acf_jax.surrogate.load import (
+    Shape,
+    blank_network,
+    check_header,
+    check_ranges,
+    check_scales,
+    fill,
+)
 from acf_jax.surrogate.saved import read_header, write_tree
 from acf_jax.surrogate.surrogate import Affine
 
@@ -70,10 +78,13 @@ def load_corrected(path: Path) -> tuple[CorrectedSurrogate, dict[str, Any]]:
         raise InputError(f"{path}: stands for no corrected model; train one with `labels: {{model: ...}}`")
     checked = check_header(path, header, _Header)
     named = checked.domain
-    sizes = {len(column) for column in named.model_dump().values()}
-    if len(sizes) > 1 or any(low > high for low, high in zip(named.low, named.high, strict=True)):
+    sizes = {len(column) for column in (*named.model_dump().values(), set(named.names))}
+    if len(sizes) > 1 or named.names[:4] != FIRST or named.names[-3:] != LAST:
         raise InputError(f"{path}: header: domain: its columns do not fit each other; train it again")
     domain = Domain(**named.model_dump())
+    check_ranges(path, dict(zip(named.names, zip(named.low, named.high, strict=True), strict=True)))
+    if any(is_log and low <= 0 for is_log, low in zip(named.logarithmic, named.low, strict=True)):
+        raise InputError(f"{path}: header: domain: a logarithmic range begins at 0 or below; train it again")
     dtype = np.dtype(checked.dtype)
     inputs, outputs = len(domain.free) + len(FEATURES), len(OUTPUTS)
 
@@ -89,4 +100,8 @@ def load_corrected(path: Path) -> tuple[CorrectedSurrogate, dict[str, Any]]:
         which=checked.which,
         header=json.dumps(header),
     )
-    return fill(path, body, like), checked.model
+    surrogate = fill(path, body, like)
+    check_scales(path, surrogate.x, surrogate.y)
+    if min(jax.tree.leaves(surrogate.bounds)) < 0:
+        raise InputError(f"{path}: a bound of its error is negative; train it again")
+    return surrogate, checked.model

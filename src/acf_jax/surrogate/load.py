@@ -1,6 +1,7 @@
 """A surrogate as a file: model.eqx."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -8,11 +9,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, FiniteFloat
 
 from acf_jax.errors import InputError
 from acf_jax.forms import Form, Part, check_form
-from acf_jax.surrogate.box import UNITS, Box
+from acf_jax.surrogate.box import UNITS, Box, sign_fault
 from acf_jax.surrogate.features import FEATURES
 from acf_jax.surrogate.saved import read_header, read_leaves, write_tree
 from acf_jax.surrogate.surrogate import Affine, HeldOutError, Surrogate
@@ -34,8 +35,9 @@ class Shape(Part):
 
 
 class _Interval(BaseModel):
-    low: float = Field(allow_inf_nan=False)
-    high: float = Field(allow_inf_nan=False)
+    low: FiniteFloat
+    high: FiniteFloat
+    unit: str
 
 
 class _Header(BaseModel):
@@ -97,8 +99,20 @@ def load_surrogate(path: Path | str | None = None) -> Surrogate:
     checked = check_header(path, header, _Header)
     if set(checked.ranges) != set(UNITS):
         raise InputError(f"{path}: header: ranges: must name {', '.join(UNITS)}; train it again")
+    if strange := [name for name, unit in UNITS.items() if checked.ranges[name].unit != unit]:
+        raise InputError(
+            f"{path}: header: ranges.{strange[0]}: must be in {UNITS[strange[0]]}; train it again"
+        )
+    check_ranges(path, {name: (found.low, found.high) for name, found in checked.ranges.items()})
 
-    return fill(path, body, _like(checked, json.dumps(header)))
+    surrogate = fill(path, body, _like(checked, json.dumps(header)))
+    check_scales(path, surrogate.x, surrogate.y)
+    edges, largest = np.asarray(surrogate.held_out.edges), np.asarray(surrogate.held_out.largest)
+    if (np.diff(edges, prepend=0) <= 0).any() or edges[-1] != 1:
+        raise InputError(f"{path}: the bins of its error bound do not lead from 0 to 1; train it again")
+    if (largest < 0).any() or (np.diff(largest) > 0).any():
+        raise InputError(f"{path}: its error bound is negative, or shrinks towards the fold; train it again")
+    return surrogate
 
 
 def check_header(path: Path, header: dict[str, Any], form: type[Form]) -> Form:
@@ -106,12 +120,31 @@ def check_header(path: Path, header: dict[str, Any], form: type[Form]) -> Form:
     return check_form(form, header, f"{path}: header", "train it again with this version")
 
 
+def check_ranges(path: Path, ranges: Mapping[str, tuple[float, float]]) -> None:
+    """`InputError` that lists the ranges that no rig and no impact has."""
+    faults = []
+    for name, (low, high) in ranges.items():
+        if low > high:
+            faults.append(f"{name}: low ({low:g}) is above high ({high:g})")
+        elif fault := sign_fault(name, low):
+            faults.append(f"{name}: {fault.partition(';')[0]}")
+    if faults:
+        raise InputError([f"{path}: header: ranges.{fault}; train it again" for fault in faults])
+
+
+def check_scales(path: Path, *scales: Affine) -> None:
+    """`InputError` where a network's inputs or outputs are not scaled by positive numbers."""
+    if any((np.asarray(affine.scale) <= 0).any() for affine in scales):
+        raise InputError(f"{path}: holds scales that are not above 0; train it again")
+
+
 def fill(path: Path, body: bytes, like: Tree) -> Tree:
     """The module `like` with the numbers in a file's body, in JAX's default precision."""
-    filled = read_leaves(path, body, like)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is no number in JAX's precision is told
+        filled = with_dtype(read_leaves(path, body, like), float)
     if not all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(eqx.filter(filled, eqx.is_array))):
         raise InputError(f"{path}: holds numbers that are not finite; train it again")
-    return with_dtype(filled, float)
+    return filled
 
 
 def with_dtype(surrogate: Tree, dtype: Any) -> Tree:

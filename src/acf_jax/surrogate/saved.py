@@ -7,13 +7,15 @@ fault of the file instead of a wrong force.
 import hashlib
 import io
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 import equinox as eqx
 
+from acf_jax.documents import parse_json
 from acf_jax.errors import InputError
-from acf_jax.files import read_bytes, write_bytes
+from acf_jax.files import read_bytes, text_of, write_bytes
 
 Tree = TypeVar("Tree")
 
@@ -35,14 +37,12 @@ def signed(header: dict[str, Any], body: bytes) -> bytes:
 def read_header(path: Path) -> tuple[dict[str, Any], bytes]:
     """Header and body of a file; `InputError` when it is none, or not whole."""
     line, _, body = read_bytes(path).partition(b"\n")
-    try:
-        header = json.loads(line)
-        is_whole = signed(header, body) == line + b"\n" + body
-    except (ValueError, RecursionError, AttributeError):
-        header, is_whole = {}, False
-    if "sha256" not in header:
+    header: Any = None
+    with suppress(InputError):
+        header = parse_json(text_of(line, path), path, "")
+    if not isinstance(header, dict) or "sha256" not in header:
         raise InputError(f"{path}: does not start with a JSON header; name a file that train.fit wrote")
-    if not is_whole:
+    if signed(header, body) != line + b"\n" + body:
         raise InputError(f"{path}: is cut off or damaged (its checksum differs); copy or train it again")
     return header, body
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
+from acf_jax.documents import yaml_text
 from acf_jax.files import write_text
 from acf_jax.folders import whole_folder
 from acf_jax.worlds.case import Case, Trial
@@ -29,9 +29,9 @@ def write_case(case: Case, folder: Path, answer: Path | None = None) -> None:
     with whole_folder(folder) as scratch:
         _write_data(case, scratch)
         if answer is None:
-            write_text(scratch / "answer.yaml", _yaml(answer_of(case)))
+            write_text(scratch / "answer.yaml", yaml_text(answer_of(case)))
     if answer is not None:
-        write_text(answer, _yaml(answer_of(case)))
+        write_text(answer, yaml_text(answer_of(case)))
 
 
 def write_data(case: Case, folder: Path) -> None:
@@ -41,7 +41,7 @@ def write_data(case: Case, folder: Path) -> None:
 
 
 def _write_data(case: Case, folder: Path) -> None:
-    write_text(folder / "dataset.yaml", _yaml(_dataset(case)))
+    write_text(folder / "dataset.yaml", yaml_text(_dataset(case)))
     write_text(folder / "trials.csv", _trials(case.trials))
     write_text(folder / "held_out_conditions.csv", _conditions(case.held_out))
     for trial in case.trials:
@@ -110,7 +110,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (tuple, list)):
         return [_plain(item) for item in value]
     return value.item() if isinstance(value, np.generic) else value
-
-
-def _yaml(value: dict[str, Any]) -> str:
-    return yaml.safe_dump(value, sort_keys=False)

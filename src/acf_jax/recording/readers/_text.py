@@ -17,6 +17,7 @@ LONGEST = 1_000_000  # characters of a line
 FAULTS = (OSError, EOFError, zlib.error)
 REMEDY = "save it as text with separated cells"
 _HEAD = 1 << 18  # bytes by which the encoding is known
+_PADDING = 1 << 16  # zeros that may follow a packed file, as from a tape or a flash disk
 _MARKS = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16", codecs.BOM_UTF8: "utf-8-sig"}
 
 
@@ -63,8 +64,13 @@ class Text:
         return next(self.blocks(), "").split("\n")
 
     def _bytes(self) -> BinaryIO:
-        packed = self.path.suffix.lower() == ".gz"
-        return cast(BinaryIO, gzip.open(self.path)) if packed else self.path.open("rb")
+        if self.path.suffix.lower() != ".gz":
+            return self.path.open("rb")
+        with self.path.open("rb") as file:
+            file.seek(max(0, self.path.stat().st_size - _PADDING))
+            if not any(end := file.read(_PADDING)) and len(end) == _PADDING:  # gzip skips zeros one by one
+                raise InputError(f"{self.path}: ends in zeros; save it again")
+        return cast(BinaryIO, gzip.open(self.path))
 
 
 def _check_lines(path: Path, lines: list[str]) -> None:

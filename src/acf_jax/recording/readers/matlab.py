@@ -61,6 +61,8 @@ def _unpacked(path: Path) -> int:
         order = {b"IM": "<II", b"MI": ">II"}.get(file.read(128)[126:])
         while order and len(tag := file.read(8)) == 8:
             kind, size = struct.unpack(order, tag)
+            if not kind:  # no element has type 0: what follows is padding
+                return total
             if kind != _PACKED:
                 file.seek(size, 1)
                 continue
