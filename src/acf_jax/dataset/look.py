@@ -1,13 +1,15 @@
 """What one trial shows by itself: its approach, its impact, its faults."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from acf_jax.dataset.faults import trace_faults
+from acf_jax.dataset.faults import cut_off, no_impact, oddities, sticking
 from acf_jax.dataset.noise import Approach, look_at_approach, quantisation_step
 from acf_jax.dataset.phase import ImpactPhase, find_impact
-from acf_jax.dataset.trials import Trial
+from acf_jax.dataset.trials import GapDataset, Trace, Trial
+
+CUT_OFF = "its force is cut off at"
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,11 @@ class TrialQuality:
     sample_rate: float | None  # Hz
     quantisation: float  # N, step of the force readings; 0: none seen
     trigger_offset: float | None  # s, against the other trials; > 0: the impact comes late
-    faults: tuple[str, ...]  # why the trial is not to be trusted; empty for a healthy one
+    is_dead: bool = False  # whether its trace shows no impact
+    faults: tuple[str, ...] = ()  # why the trial is not to be trusted; empty for a healthy one
+    oddities: tuple[
+        str, ...
+    ] = ()  # what is strange about its shape: a fault unless its repeats have the same
 
 
 def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> TrialQuality:
@@ -31,14 +37,42 @@ def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> 
     """
     trace = trial.trace
     if trace is None:
-        return TrialQuality(trial.name, None, None, None, 0.0, None, ())
+        return TrialQuality(trial.name, None, None, None, 0.0, None)
     approach = look_at_approach(trace)
     own = approach.noise_std if approach else 0.0
     std = own if noise_std is None else noise_std
     offset = approach.offset if approach else 0.0
     phase = find_impact(trace, std, impact_time, offset)
     rate = 1.0 / float(np.median(np.diff(trace.time)))
-    faults = trace_faults(trial, phase, std, offset)
-    return TrialQuality(
-        trial.name, approach, phase, rate, quantisation_step(trace.force), None, tuple(faults)
+    found = TrialQuality(trial.name, approach, phase, rate, quantisation_step(trace.force), None)
+    if faults := no_impact(trial, phase):
+        return replace(found, is_dead=True, faults=tuple(faults))
+    assert phase is not None
+    if phase.stop - phase.start >= 6 and cut_off(Trace(trace.time, trace.force - offset), phase, std):
+        phase = replace(phase, cut_off=phase.peak_force)
+    return replace(
+        found,
+        phase=phase,
+        faults=tuple(sticking(trial, phase, std)),
+        oddities=tuple(oddities(trial, phase, std)),
     )
+
+
+def at_one_ceiling(dataset: GapDataset, trials: list[TrialQuality]) -> list[TrialQuality]:
+    """The trials that reach the reading at which several are cut off and none reads more: there the range ends for all.
+
+    A trial that is cut off below what another one reads is faulty: the range is the same for all.
+    """
+    cut = {i: t.phase for i, t in enumerate(trials) if t.phase and t.phase.cut_off is not None}
+    tops = {i: float(t.trace.force.max()) for i, t in enumerate(dataset.trials) if t.trace}
+    highest = max(tops.values(), default=0.0)
+    found = list(trials)
+    if sum(phase.cut_off == highest for phase in cut.values()) >= 2:
+        for i, t in enumerate(trials):
+            if t.phase and t.phase.peak_force == highest:
+                found[i] = replace(t, phase=replace(t.phase, cut_off=highest))
+    for i, phase in cut.items():
+        if phase.peak_force < highest:
+            fault = f"{CUT_OFF} {phase.peak_force:.4g} N, which other trials exceed (amplifier?)"
+            found[i] = replace(trials[i], faults=(*trials[i].faults, fault))
+    return found
