@@ -11,16 +11,9 @@ from acf_jax.dataset.trials import GapDataset
 FARTHEST = 8.0  # standard deviations that peaks of one condition may lie apart
 
 
-def noise_warnings(
-    dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str], least: float
-) -> list[str]:
-    """Of the noise: what is stated against what the samples show, and what had to be assumed.
-
-    **Arguments:** `still`: trials whose approach does not change. `least`: what readings in steps err by alone, N.
-    """
+def stated_noise(stated: float | None, approach: Noise | None, least: float) -> list[str]:
+    """What speaks against the noise as stated, N; `least`: what readings in steps err by alone, N."""
     warnings = []
-    traced = [trial.trace for trial in dataset.trials if trial.trace]
-    stated = dataset.measurement.force_noise_std_n
     told = approach if approach and approach.std > 0.0 else None
     if stated is not None and told is not None:
         ratio = told.std / stated
@@ -34,6 +27,15 @@ def noise_warnings(
             f"force_noise_std_n is stated as {stated:g} N, but readings in steps of {least * 12.0**0.5:.3g} N err by"
             f" {least:.3g} N alone; state at least that"
         )
+    return warnings
+
+
+def noise_warnings(dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str]) -> list[str]:
+    """Of the noise: what tells it, and what had to be assumed; `still`: trials whose approach does not change."""
+    warnings = []
+    traced = [trial.trace for trial in dataset.trials if trial.trace]
+    stated = dataset.measurement.force_noise_std_n
+    told = approach if approach and approach.std > 0.0 else None
     if still:
         what = f"the force does not change before contact in {named(still)} (dead band, padding, coarse readings?)"
         if told is not None:
@@ -183,7 +185,7 @@ def mended_lines(mended: Mended) -> list[str]:
             " its recorder; one of each is used"
         )
     if mended.lost:
-        count = sum(x.count for lost in mended.lost.values() for x in lost)
+        count = sum(x.readings for lost in mended.lost.values() for x in lost)
         shown = [
             f"{name}: {x.force:.4g} N at {1e3 * x.time:.3g} ms"
             for name, lost in mended.lost.items()

@@ -88,7 +88,7 @@ def _noisy(trial: TrialQuality, usual: float) -> list[str]:
 
 def _lossy(trial: Trial, lost: Sequence[Lost]) -> list[str]:
     """Why a trial that lost many readings is not to be trusted: then the others may be wrong, too."""
-    count = sum(x.count for x in lost)
+    count = sum(x.readings for x in lost)
     of = count + (trial.trace.time.size if trial.trace else 0)
     return [f"{count} of its {of} readings are lost (cable?)"] if count > MOST_LOST * of else []
 

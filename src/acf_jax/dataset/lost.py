@@ -32,7 +32,7 @@ class Lost(NamedTuple):
 
     time: float  # s, of the first of them
     force: float  # N, as read
-    count: int
+    readings: int
 
 
 class Readings(NamedTuple):
@@ -80,7 +80,7 @@ def _sifted(own: Readings, peers: list[Readings]) -> tuple[NDArray[np.bool_], tu
     """(n,) which readings are kept, and the lost ones."""
     step = quantisation_step(own.force)
     kept, of_rig = np.ones(own.time.size, bool), np.zeros(own.time.size, bool)
-    lost = []
+    lost: list[Lost] = []
     while True:
         index = np.flatnonzero(kept)
         rest = _Rest(own.time[index], own.force[index], step)
@@ -174,16 +174,13 @@ def _off(time: Array, force: Array) -> Array:
     for end in (slice(None), slice(None, None, -1)):
         f = force[end]
         off[end][:2] = f[:2] - 2 * f[1:3] + f[2:4]
-    at = [slice(k, force.size - 4 + k) for k in range(5)]
-    t, f = [time[part] - time[at[2]] for part in at], [force[part] for part in at]
-    sides = (0, 1, 3, 4)
-    off[2:-2] = f[2]
+    parts = [slice(k, force.size - 4 + k) for k in range(5)]
+    middle, sides = parts[2], (parts[0], parts[1], parts[3], parts[4])
+    off[middle] = force[middle]
     for a in sides:
-        weight = np.ones(force.size - 4)
-        for b in sides:
-            if b != a:
-                weight *= t[b] / (t[b] - t[a])
-        off[2:-2] -= weight * f[a]
+        others = [b for b in sides if b is not a]
+        weights = [(time[middle] - time[b]) / (time[a] - time[b]) for b in others]
+        off[middle] -= np.prod(weights, axis=0) * force[a]
     return off
 
 

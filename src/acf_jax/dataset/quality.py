@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from acf_jax.dataset.advice import damage, mended_lines, noise_warnings, trial_warnings
+from acf_jax.dataset.advice import damage, mended_lines, noise_warnings, stated_noise, trial_warnings
 from acf_jax.dataset.faulty import compared, exclude, suspects
 from acf_jax.dataset.look import TrialQuality, assess, at_one_ceiling
 from acf_jax.dataset.mend import mend
@@ -52,7 +52,7 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     looks = at_one_ceiling(dataset, looks)
     suspected = suspects(mended, looks, typical)
     looks, differing = compared(dataset, looks, suspected, typical)
-    excluded, suspected = exclude(looks, suspected | differing)
+    excluded, kept = exclude(looks, suspected | differing)
     sound = _usual(
         [
             (trial.trace, look)
@@ -66,8 +66,8 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     noise = _choose_noise(dataset, approach, sound, least)
     constant = zip(sound, constant_approaches(traces), strict=True)
     still = [look.name for (_, look), is_still in constant if is_still and look.approach]
-    damaged = damage(dataset, looks, excluded, suspected, noise)
-    doubts = (*mended_lines(mended), *damaged)
+    damaged = damage(dataset, looks, excluded, kept, noise)
+    doubts = (*mended_lines(mended), *damaged, *stated_noise(stated, approach, least))
     return Quality(
         dataset=dataset,
         noise=noise,
@@ -77,7 +77,7 @@ def assess_dataset(dataset: GapDataset) -> Quality:
         doubts=doubts,
         warnings=(
             *doubts,
-            *noise_warnings(dataset, noise, approach, still, least),
+            *noise_warnings(dataset, noise, approach, still),
             *trial_warnings(looks, excluded, noise),
         ),
     )
