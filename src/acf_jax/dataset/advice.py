@@ -120,9 +120,14 @@ def damage(
     trials: list[TrialQuality],
     excluded: dict[str, str],
     suspected: dict[str, str],
+    shared: dict[str, str],
     noise: Noise,
 ) -> dict[str, list[str]]:
-    """What is wrong with trials that are compared all the same: a line each, and the trials that it is about."""
+    """What is wrong with trials that are compared all the same: a line each, and the trials that it is about.
+
+    **Arguments:** `suspected`: trials that look faulty but are kept, with the reason; `shared`: those of which most
+    repeats have the same trace.
+    """
     found = {}
     cut = {t.name: t.phase.cut_off for t in trials if t.phase and t.phase.cut_off and t.name not in excluded}
     if cut:
@@ -146,6 +151,12 @@ def damage(
             f" (for example {examples}); check sensor, cable and labels"
         )
         found[line] = list(suspected)
+    if shared:
+        names = list(shared)
+        found[
+            f"{named(names)} agree with the repeats of their condition, but not with other conditions ({names[0]}:"
+            f" {shared[names[0]]}): they may have gone beyond a limit, or their labels are wrong; kept"
+        ] = names
     return found | _far_repeats(dataset, trials, excluded, noise)
 
 
@@ -185,7 +196,6 @@ def mended_lines(mended: Mended) -> list[str]:
             " its recorder; one of each is used"
         )
     if mended.lost:
-        count = sum(x.readings for lost in mended.lost.values() for x in lost)
         shown = [
             f"{name}: {x.force:.4g} N at {1e3 * x.time:.3g} ms"
             for name, lost in mended.lost.items()
@@ -193,8 +203,8 @@ def mended_lines(mended: Mended) -> list[str]:
         ]
         more = f"; and {len(shown) - 3} more" if len(shown) > 3 else ""
         lines.append(
-            f"{count} lost reading{'s are' if count > 1 else ' is'} taken out of {len(mended.lost)} of {n} trials"
-            f" ({'; '.join(shown[:3])}{more})"
+            f"{len(shown)} lost reading{'s are' if len(shown) > 1 else ' is'} taken out of {len(mended.lost)} of {n}"
+            f" trials ({'; '.join(shown[:3])}{more})"
         )
     if mended.zeros:
         shown = [f"{name} {zero:+.3g} N" for name, zero in mended.zeros.items()]

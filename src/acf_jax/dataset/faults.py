@@ -1,6 +1,9 @@
-"""What one trace shows by itself: no signal, dropouts, spikes, stuck values, a force that is cut off."""
+"""What one trace shows by itself: no signal, dropouts, stuck values, a force that is cut off.
 
-from collections.abc import Callable, Iterator, Sequence
+Every test is against what the rest of the same trace does, so that ringing, which all samples share, is no fault.
+"""
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -17,32 +20,6 @@ def no_impact(trial: Trial, phase: ImpactPhase | None) -> list[str]:
     if trial.trace is None or (phase is not None and phase.height >= 0.3 * trial.pretension):
         return []
     return ["no impact is seen in its trace (dead sensor or cable?)"]
-
-
-def oddities(trial: Trial, phase: ImpactPhase, noise_std: float) -> list[str]:
-    """What is strange about the shape of a trace, in plain words: a fault unless its repeats have the same shape.
-
-    Every test is against what the rest of the same trace does, so that ringing, which all samples share, is not.
-    """
-    return _found((dropout, spike), trial, phase, noise_std)
-
-
-def sticking(trial: Trial, phase: ImpactPhase, noise_std: float) -> list[str]:
-    """Where the readings of a trial repeat themselves, which no force with its noise does."""
-    return _found((stuck,), trial, phase, noise_std)
-
-
-def _found(
-    tests: Sequence[Callable[[Trace, ImpactPhase, float], str | None]],
-    trial: Trial,
-    phase: ImpactPhase,
-    noise_std: float,
-) -> list[str]:
-    # A handful of samples has no shape to judge.
-    if trial.trace is None or phase.stop - phase.start < 6:
-        return []
-    trace = Trace(trial.trace.time, trial.trace.force - phase.offset)
-    return [fault for test in tests if (fault := test(trace, phase, noise_std))]
 
 
 def peak_disagreement(trial: Trial, phase: ImpactPhase, noise_std: float) -> list[str]:
@@ -132,30 +109,6 @@ def dropout(trace: Trace, phase: ImpactPhase, noise_std: float) -> str | None:
             time = 1e3 * float(trace.time[phase.start + index + 1])
             return f"its force drops out to nothing within one sample at {time:.3g} ms (cable?)"
     return None
-
-
-def spike(trace: Trace, phase: ImpactPhase, noise_std: float) -> str | None:
-    """One to three samples far from their neighbours, in a trace that is smooth elsewhere.
-
-    Only until contact is lost: a flange that touches again jumps to its pretension again.
-    """
-    force = trace.force
-    if force.size < 12:
-        return None
-    neighbours = np.stack([force[4 - k : force.size - k] for k in (0, 1, 3, 4)])
-    away = np.abs(force[2:-2] - np.median(neighbours, axis=0))
-    inside = away[phase.start + 1 : max(phase.stop - 4, phase.start + 2)]
-    usual = float(np.quantile(inside, 0.9))
-    limit = max(0.06 * phase.height, 12.0 * noise_std, 5.0 * usual)
-    index = np.arange(2, force.size - 2)
-    at_onset = (index >= phase.start - 3) & (index <= phase.start + 3)
-    far = np.flatnonzero((away > limit) & ~at_onset & (index < phase.stop - 2))
-    if far.size == 0:
-        return None
-    worst = int(index[far[np.argmax(away[far])]])
-    return (
-        f"its force has a spike of {force[worst]:.4g} N at {1e3 * float(trace.time[worst]):.3g} ms (cable?)"
-    )
 
 
 def _runs(values: Array) -> Iterator[tuple[int, int]]:

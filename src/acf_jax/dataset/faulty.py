@@ -22,7 +22,7 @@ def suspects(mended: Mended, trials: list[TrialQuality], noise_std: float) -> di
     dataset = mended.dataset
     found: dict[str, list[str]] = {}
     for i, (trial, look) in enumerate(zip(dataset.trials, trials, strict=True)):
-        if look.is_dead or not look.phase:
+        if look.tells_nothing or not look.phase:
             continue
         odd = look.oddities
         if odd and _repeats_show_it(i, dataset, trials, noise_std):
@@ -44,34 +44,37 @@ def compared(
     trials: list[TrialQuality],
     suspects: dict[str, list[str]],
     noise_std: float,
-) -> tuple[list[TrialQuality], dict[str, list[str]]]:
-    """The trials with their trigger offsets, and those that differ from the others: not so where repeats agree."""
-    healthy = [i for i, t in enumerate(trials) if not t.is_dead and t.name not in suspects]
+) -> tuple[list[TrialQuality], dict[str, list[str]], dict[str, str]]:
+    """The trials with their trigger offsets, those that differ from the others, and those whose repeats do so, too."""
+    healthy = [i for i, t in enumerate(trials) if not t.tells_nothing and t.name not in suspects]
     agreements = compare(
         [dataset.trials[i] for i in healthy], [trials[i].phase for i in healthy], noise_std, _spread(dataset)
     )
     onsets = _onset_offsets(trials)
-    together, found = list(trials), {}
+    together = list(trials)
+    alone: dict[str, list[str]] = {}
+    shared: dict[str, str] = {}
     for i, agreement in zip(healthy, agreements, strict=True):
         offset = onsets[i] if agreement.trigger_offset is None else agreement.trigger_offset
         together[i] = replace(trials[i], trigger_offset=offset)
         if agreement.fault is None:
             continue
         if agreement.is_label or not _repeats_show_it(i, dataset, trials, noise_std):
-            found[trials[i].name] = [agreement.fault]
-    return together, found
+            alone[trials[i].name] = [agreement.fault]
+        else:
+            shared[trials[i].name] = agreement.fault
+    return together, alone, shared
 
 
 def exclude(
     trials: list[TrialQuality], suspects: dict[str, list[str]]
 ) -> tuple[dict[str, str], dict[str, str]]:
     """The trials to leave out, and those suspected but kept, with their reasons: what many share may be the rig."""
-    dead = {t.name: "; ".join(t.faults) for t in trials if t.is_dead}
+    void = {t.name: "; ".join(t.faults) for t in trials if t.tells_nothing}
     suspected = {t.name: "; ".join(suspects[t.name]) for t in trials if t.name in suspects}
-    faulty = len(dead) + len(suspected)
-    if faulty > max(1, len(trials) // 4) or len(trials) - faulty < 3:
-        return dead, suspected
-    return {t.name: reason for t in trials if (reason := (dead | suspected).get(t.name))}, {}
+    if len(suspected) > max(1, len(trials) // 4) or len(trials) - len(void) - len(suspected) < 3:
+        return void, suspected
+    return {t.name: reason for t in trials if (reason := (void | suspected).get(t.name))}, {}
 
 
 def _noisy(trial: TrialQuality, usual: float) -> list[str]:
@@ -88,7 +91,7 @@ def _noisy(trial: TrialQuality, usual: float) -> list[str]:
 
 def _lossy(trial: Trial, lost: Sequence[Lost]) -> list[str]:
     """Why a trial that lost many readings is not to be trusted: then the others may be wrong, too."""
-    count = sum(x.readings for x in lost)
+    count = len(lost)
     of = count + (trial.trace.time.size if trial.trace else 0)
     return [f"{count} of its {of} readings are lost (cable?)"] if count > MOST_LOST * of else []
 
@@ -104,7 +107,7 @@ def _repeats_show_it(i: int, dataset: GapDataset, trials: list[TrialQuality], no
     same = [
         show_the_same(dataset.trials[i], dataset.trials[j], (own, there), noise_std, _spread(dataset))
         for j in repeats
-        if (there := trials[j].phase) is not None and not trials[j].is_dead
+        if (there := trials[j].phase) is not None and not trials[j].tells_nothing
     ]
     return 2 * sum(same) >= len(repeats)
 

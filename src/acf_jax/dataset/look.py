@@ -4,11 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from acf_jax.dataset.faults import cut_off, no_impact, oddities, sticking
+from acf_jax.dataset.faults import cut_off, dropout, no_impact, stuck
 from acf_jax.dataset.noise import Approach, look_at_approach, quantisation_step
 from acf_jax.dataset.phase import ImpactPhase, find_impact
 from acf_jax.dataset.trials import GapDataset, Trace, Trial
+from acf_jax.dataset.units import expected_peak
 
+LEAST = 6  # samples of an impact: a handful has no shape to judge
+DIFFERS = 1.1  # times the force of one condition, of another one: too much for peaks that are equal by chance
 CUT_OFF = "its force is cut off at"
 
 
@@ -22,7 +25,7 @@ class TrialQuality:
     sample_rate: float | None  # Hz
     quantisation: float  # N, step of the force readings; 0: none seen
     trigger_offset: float | None  # s, against the other trials; > 0: the impact comes late
-    is_dead: bool = False  # whether its trace shows no impact
+    tells_nothing: bool = False  # whether there is nothing to compare: no impact, or a peak that is cut off
     faults: tuple[str, ...] = ()  # why the trial is not to be trusted; empty for a healthy one
     oddities: tuple[
         str, ...
@@ -46,15 +49,17 @@ def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> 
     rate = 1.0 / float(np.median(np.diff(trace.time)))
     found = TrialQuality(trial.name, approach, phase, rate, quantisation_step(trace.force), None)
     if faults := no_impact(trial, phase):
-        return replace(found, is_dead=True, faults=tuple(faults))
+        return replace(found, tells_nothing=True, faults=tuple(faults))
     assert phase is not None
-    if phase.stop - phase.start >= 6 and cut_off(Trace(trace.time, trace.force - offset), phase, std):
-        phase = replace(phase, cut_off=phase.peak_force)
+    if phase.stop - phase.start < LEAST:
+        return found
+    zeroed = Trace(trace.time, trace.force - offset)
+    sticking, falling = stuck(zeroed, phase, std), dropout(zeroed, phase, std)
     return replace(
         found,
-        phase=phase,
-        faults=tuple(sticking(trial, phase, std)),
-        oddities=tuple(oddities(trial, phase, std)),
+        phase=replace(phase, cut_off=phase.peak_force if cut_off(zeroed, phase, std) else None),
+        faults=(sticking,) if sticking else (),
+        oddities=(falling,) if falling else (),
     )
 
 
@@ -75,4 +80,20 @@ def at_one_ceiling(dataset: GapDataset, trials: list[TrialQuality]) -> list[Tria
         if phase.peak_force < highest:
             fault = f"{CUT_OFF} {phase.peak_force:.4g} N, which other trials exceed (amplifier?)"
             found[i] = replace(trials[i], faults=(*trials[i].faults, fault))
-    return found
+    return _peaks_at_one_ceiling(dataset, found)
+
+
+def _peaks_at_one_ceiling(dataset: GapDataset, trials: list[TrialQuality]) -> list[TrialQuality]:
+    """Without traces: the largest peaks are the range's end where conditions that differ have them to the digit."""
+    peaks = {
+        i: t.peak_force for i, t in enumerate(dataset.trials) if t.trace is None and t.peak_force is not None
+    }
+    highest = max(peaks.values(), default=0.0)
+    at_it = [i for i, peak in peaks.items() if peak == highest]
+    expected = [expected_peak(dataset.rig, dataset.trials[i]) for i in at_it]
+    if len(at_it) < 3 or max(expected) < DIFFERS * min(expected):
+        return trials
+    fault = f"{CUT_OFF} {highest:.4g} N, as in {len(at_it) - 1} other trials: its peak is unknown (sensor's range?)"
+    return [
+        replace(t, tells_nothing=True, faults=(fault,)) if i in at_it else t for i, t in enumerate(trials)
+    ]

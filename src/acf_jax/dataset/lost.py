@@ -16,6 +16,7 @@ from acf_jax.dataset.noise import quantisation_step
 from acf_jax.dataset.trials import Array, Trace
 
 IN_A_ROW = 3  # readings that may be lost together; more leave too little to tell what was between
+SPAN = 5  # samples that these may lie within
 CLEAR = 8.0  # times what noise makes of readings nearby, by which a lost one is off at least,
 ROUGH = 4.0  # times what the readings next to it are off,
 STEEP = (
@@ -28,11 +29,10 @@ LEAST = 12  # samples, of which fewer tell nothing
 
 
 class Lost(NamedTuple):
-    """Readings in a row that are lost."""
+    """A reading that is lost."""
 
-    time: float  # s, of the first of them
+    time: float  # s
     force: float  # N, as read
-    readings: int
 
 
 class Readings(NamedTuple):
@@ -84,14 +84,14 @@ def _sifted(own: Readings, peers: list[Readings]) -> tuple[NDArray[np.bool_], tu
     while True:
         index = np.flatnonzero(kept)
         rest = _Rest(own.time[index], own.force[index], step)
-        run = next((index[run] for run in rest.suspects() if not of_rig[index[run]].any()), None)
+        run = next((index[found] for found in rest.suspects() if not of_rig[index[found]].any()), None)
         if run is None:
             return kept, tuple(sorted(lost))
         if _is_of_rig(own, run, peers):
             of_rig[run] = True
         else:
             kept[run] = False
-            lost.append(Lost(float(own.time[run[0]]), float(own.force[run[0]]), run.size))
+            lost += map(Lost, own.time[run].tolist(), own.force[run].tolist())
 
 
 class _Rest:
@@ -100,44 +100,43 @@ class _Rest:
     def __init__(self, time: Array, force: Array, step: float):
         self.time, self.force = time, force
         self.size = np.abs(_off(time, force))
-        noise = 1.4826 * median_filter(
-            self.size[2:-2], NEARBY, mode="reflect"
-        )  # the standard deviation of `size`
+        # the standard deviation that noise gives to `size`
+        noise = 1.4826 * median_filter(self.size[2:-2], NEARBY, mode="reflect")
         self.noise = np.maximum(np.pad(noise, 2, mode="edge"), step)
         self.change = np.abs(np.diff(force))
         self.again = np.append(False, self.change == 0.0)
 
-    def suspects(self) -> Iterator[slice]:
-        """Runs of readings that lie far off those around them, farthest first, the shortest run that explains it."""
+    def suspects(self) -> Iterator[NDArray[np.intp]]:
+        """Readings that lie far off those around them, farthest first, the fewest that explain it."""
         least = np.where(self.again, REPEATED, 1.0) * CLEAR * self.noise / IN_A_ROW
         for i in sorted(np.flatnonzero(self.size > least), key=lambda i: -self.size[i]):
-            runs = ((first, k) for k in range(1, IN_A_ROW + 1) for first in range(i - k + 1, i + 1))
-            found = next((slice(first, first + k) for first, k in runs if self._is_off(first, k)), None)
+            spans = ((first, k) for k in range(1, SPAN + 1) for first in range(i - k + 1, i + 1))
+            found = next((far for first, k in spans if (far := self._far_in(first, k)).size), None)
             if found is not None:
                 yield found
 
-    def _is_off(self, first: int, k: int) -> bool:
-        n, stop = self.force.size, first + k
+    def _far_in(self, first: int, k: int) -> NDArray[np.intp]:
+        """Which of the `k` readings from `first` on are off what those on both sides say; empty unless its ends are."""
+        n, stop, none = self.force.size, first + k, np.empty(0, np.intp)
         before, after = np.arange(max(first - 3, 0), first), np.arange(stop, min(stop + 3, n))
         if first < 0 or stop > n or 0 < min(before.size, after.size) < 3:
-            return False
-        is_inside = before.size == after.size
+            return none
         nodes = np.r_[before[-2:], after[:2]]
         away = self.force[first:stop] - _through(self.time[nodes], self.force[nodes], self.time[first:stop])
-        if not (np.all(away > 0) or np.all(away < 0)):
-            return False
-        least = float(np.abs(away).min())
         near = self.size[np.r_[max(first - 5, 0) : max(first - 2, 0), min(stop + 2, n) : min(stop + 5, n)]]
         limit = max(CLEAR * float(self.noise[first]), ROUGH * float(near.max()))
         sides = [float(self.change[side[:-1]].max()) for side in (before, after) if side.size]
-        if (
-            self._repeats_the_last(first, k) and min(sides) > 0.5 * least
-        ):  # the force moves before and behind it
-            return least > REPEATED * limit
-        across = (
-            abs(float(self.force[stop] - self.force[first - 1])) / (k + 1) if is_inside else k * max(sides)
-        )
-        return least > max(limit, STEEP * max(*sides, across))
+        across = k * max(sides)  # at an end the force may have gone on as it did
+        if before.size == after.size:
+            across = abs(float(self.force[stop] - self.force[first - 1])) / (k + 1)
+        far = np.flatnonzero(np.abs(away) > max(limit, STEEP * max(*sides, across)))
+        # where the force moves before and behind it, the same digits once more are enough
+        again = self._repeats_the_last(first, k) and min(sides) > 0.5 * np.abs(away).min()
+        if again and np.abs(away).min() > REPEATED * limit:
+            far = np.arange(k)
+        is_whole = far.size and far[0] == 0 and far[-1] == k - 1
+        is_one = abs(np.sign(away[far]).sum()) == far.size <= IN_A_ROW
+        return first + far if is_whole and is_one else none
 
     def _repeats_the_last(self, first: int, k: int) -> bool:
         """Whether these readings are the one before them again, and no part of a longer run of equal ones."""

@@ -51,7 +51,7 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     looks = [assess(trial, dataset.rig.impact_time, typical) for trial in dataset.trials]
     looks = at_one_ceiling(dataset, looks)
     suspected = suspects(mended, looks, typical)
-    looks, differing = compared(dataset, looks, suspected, typical)
+    looks, differing, shared = compared(dataset, looks, suspected, typical)
     excluded, kept = exclude(looks, suspected | differing)
     sound = _usual(
         [
@@ -66,7 +66,7 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     noise = _choose_noise(dataset, approach, sound, least)
     constant = zip(sound, constant_approaches(traces), strict=True)
     still = [look.name for (_, look), is_still in constant if is_still and look.approach]
-    damaged = damage(dataset, looks, excluded, kept, noise)
+    damaged = damage(dataset, looks, excluded, kept, shared, noise)
     doubts = (*mended_lines(mended), *damaged, *stated_noise(stated, approach, least))
     return Quality(
         dataset=dataset,
