@@ -10,9 +10,10 @@ from acf_jax.dataset.trials import Array, Trace
 LEAST = 12  # changes of a reading, of which fewer tell nothing
 LONGEST = 64  # samples that a reading may be held for
 REGULAR = 0.95  # of the changes come when a hold ends
-TURNS = 0.9  # of the runs of equal readings are as long as a hold between two whole numbers makes them
-REPEATED = (
-    0.25  # of the runs are of two where a hold is shorter than that: equal by chance are p(1 - p) at most
+TURNS = 0.85  # of the runs of equal readings are as long as a hold makes them: chance makes some longer
+REPEATED = 0.25  # of the runs are of two samples where a hold is shorter than that,
+OFF_BEAT = (
+    1.5  # and the changes lie within so many samples about a regular beat: by chance they drift away from any
 )
 
 
@@ -33,9 +34,15 @@ def held_for(force: Array) -> float:
     lengths = np.diff(changes)
     shares = np.append(np.bincount(lengths, minlength=3) / lengths.size, 0.0)
     short = int(np.argmax(shares[:-1] + shares[1:]))  # the most frequent lengths are this one and the next
-    if shares[short : short + 2].sum() < TURNS or (short == 1 and shares[2] < REPEATED):
+    usual = lengths[(lengths == short) | (lengths == short + 1)]
+    if usual.size < TURNS * lengths.size or (short == 1 and shares[2] < REPEATED):
         return 1.0
-    return float(lengths[(lengths == short) | (lengths == short + 1)].mean())
+    held = float(usual.mean())
+    if short == 1:
+        beat = np.cumsum(np.where(lengths <= 2, 1, np.round(lengths / held)))
+        late = changes[1:] - np.polyval(np.polyfit(beat, changes[1:], 1), beat)
+        return held if np.ptp(late) < OFF_BEAT else 1.0
+    return held
 
 
 def one_of_each(trace: Trace, held: float) -> Trace:

@@ -25,6 +25,7 @@ STEEP = (
 REPEATED = 0.75  # of CLEAR and ROUGH are enough for a reading that is the last one again to the digit
 NEARBY = 41  # samples among which noise is told
 SHARED = 0.5  # of what a trial's reading is off, over its largest force, by which a repeat shows the same
+OF_MEDIAN = 1.4826  # standard deviation over median of what noise gives, signs left out
 LEAST = 12  # samples, of which fewer tell nothing
 
 
@@ -64,6 +65,7 @@ def without_lost(
     **Arguments:** `repeats`: the trials (by index) of each condition; those of one that has none are compared with all.
     """
     known = {i: Readings.of(t) for i, t in enumerate(traces) if t is not None and t.time.size >= LEAST}
+    usual = float(np.median([OF_MEDIAN * np.median(np.abs(x.off)) for x in known.values()])) if known else 0.0
     alike = {i: [j for j in group if j != i and j in known] for group in repeats for i in group}
     result: list[tuple[Trace | None, tuple[Lost, ...]]] = []
     for i, trace in enumerate(traces):
@@ -71,19 +73,19 @@ def without_lost(
             result.append((trace, ()))
             continue
         peers = [known[j] for j in alike[i] or known if j != i]
-        kept, lost = _sifted(known[i], peers)
+        kept, lost = _sifted(known[i], peers, usual)
         result.append((Trace(trace.time[kept], trace.force[kept]) if lost else trace, lost))
     return result
 
 
-def _sifted(own: Readings, peers: list[Readings]) -> tuple[NDArray[np.bool_], tuple[Lost, ...]]:
-    """(n,) which readings are kept, and the lost ones."""
-    step = quantisation_step(own.force)
+def _sifted(own: Readings, peers: list[Readings], usual: float) -> tuple[NDArray[np.bool_], tuple[Lost, ...]]:
+    """(n,) which readings are kept, and the lost ones; `usual`: how far readings of all trials are off, N."""
+    least = max(quantisation_step(own.force), usual)
     kept, of_rig = np.ones(own.time.size, bool), np.zeros(own.time.size, bool)
     lost: list[Lost] = []
     while True:
         index = np.flatnonzero(kept)
-        rest = _Rest(own.time[index], own.force[index], step)
+        rest = _Rest(own.time[index], own.force[index], least)
         run = next((index[found] for found in rest.suspects() if not of_rig[index[found]].any()), None)
         if run is None:
             return kept, tuple(sorted(lost))
@@ -97,12 +99,12 @@ def _sifted(own: Readings, peers: list[Readings]) -> tuple[NDArray[np.bool_], tu
 class _Rest:
     """The readings that are left of a trace, among which the next lost ones are looked for."""
 
-    def __init__(self, time: Array, force: Array, step: float):
+    def __init__(self, time: Array, force: Array, least: float):
         self.time, self.force = time, force
         self.size = np.abs(_off(time, force))
         # the standard deviation that noise gives to `size`
-        noise = 1.4826 * median_filter(self.size[2:-2], NEARBY, mode="reflect")
-        self.noise = np.maximum(np.pad(noise, 2, mode="edge"), step)
+        noise = OF_MEDIAN * median_filter(self.size[2:-2], NEARBY, mode="reflect")
+        self.noise = np.maximum(np.pad(noise, 2, mode="edge"), least)
         self.change = np.abs(np.diff(force))
         self.again = np.append(False, self.change == 0.0)
 
@@ -126,8 +128,13 @@ class _Rest:
         near = self.size[np.r_[max(first - 5, 0) : max(first - 2, 0), min(stop + 2, n) : min(stop + 5, n)]]
         limit = max(CLEAR * float(self.noise[first]), ROUGH * float(near.max()))
         sides = [float(self.change[side[:-1]].max()) for side in (before, after) if side.size]
-        across = k * max(sides)  # at an end the force may have gone on as it did
-        if before.size == after.size:
+        if not before.size and self.time[after[-1]] >= 0:
+            return none  # contact may have begun there
+        if (
+            before.size != after.size
+        ):  # at an end the force may have gone on as it did, and noise counts for more
+            limit, across = limit * (k + 1), k * max(sides)
+        else:
             across = abs(float(self.force[stop] - self.force[first - 1])) / (k + 1)
         far = np.flatnonzero(np.abs(away) > max(limit, STEEP * max(*sides, across)))
         # where the force moves before and behind it, the same digits once more are enough

@@ -45,6 +45,8 @@ def mend(dataset: GapDataset) -> Mended:
 
 def _with(trial: Trial, trace: Trace | None, lost: tuple[Lost, ...]) -> Trial:
     """The trial with this trace; a peak in its row that is a lost reading goes with it."""
+    if not lost:
+        return trial
     stated = trial.peak_force
     is_lost = stated is not None and any(np.isclose(stated, x.force, rtol=SAME, atol=0.0) for x in lost)
     return replace(trial, trace=trace, peak_force=None if is_lost else stated)
