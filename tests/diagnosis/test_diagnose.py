@@ -106,7 +106,7 @@ def test_an_untared_sensor_leaves_the_errors_of_peaks(gravity_set: GapDataset, d
     ]
     untared = replace(gravity_set, trials=tuple(trials))
     quality = assess_dataset(untared)
-    peaks = _measured_peaks(untared, quality, observe(quality))
+    peaks = _measured_peaks(quality, observe(quality))
     assert peaks == pytest.approx(diagnosed.held["nominal"].measured_peak, abs=0.2)
 
 

@@ -83,17 +83,17 @@ def _sifted(own: Readings, peers: list[Readings], usual: float) -> tuple[NDArray
     least = max(quantisation_step(own.force), usual)
     kept, of_rig = np.ones(own.time.size, bool), np.zeros(own.time.size, bool)
     lost: list[Lost] = []
-    while True:
-        index = np.flatnonzero(kept)
+    while (index := np.flatnonzero(kept)).size >= LEAST:
         rest = _Rest(own.time[index], own.force[index], least)
         run = next((index[found] for found in rest.suspects() if not of_rig[index[found]].any()), None)
         if run is None:
-            return kept, tuple(sorted(lost))
+            break
         if _is_of_rig(own, run, peers):
             of_rig[run] = True
         else:
             kept[run] = False
             lost += map(Lost, own.time[run].tolist(), own.force[run].tolist())
+    return kept, tuple(sorted(lost))
 
 
 class _Rest:
@@ -126,6 +126,8 @@ class _Rest:
         nodes = np.r_[before[-2:], after[:2]]
         away = self.force[first:stop] - _through(self.time[nodes], self.force[nodes], self.time[first:stop])
         near = self.size[np.r_[max(first - 5, 0) : max(first - 2, 0), min(stop + 2, n) : min(stop + 5, n)]]
+        if not near.size:
+            return none
         limit = max(CLEAR * float(self.noise[first]), ROUGH * float(near.max()))
         sides = [float(self.change[side[:-1]].max()) for side in (before, after) if side.size]
         if not before.size and self.time[after[-1]] >= 0:
