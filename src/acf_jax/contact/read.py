@@ -1,6 +1,7 @@
 """Contact models from what a user has: a rig's four values, a diagnosis, a surrogate."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import equinox as eqx
 import numpy as np
@@ -70,7 +71,7 @@ def of_diagnosis(
     others = tuple(_variant(model, v) for v in model.alternatives if which == "corrected")
     if which == model.preferred == "recalibrated":
         others = tuple(_variant(model, v) for v in (model.corrected, *model.alternatives))
-        main = eqx.tree_at(lambda v: v.weight, main, sum(v.weight for v in others))
+        main = replace(main, weight=sum(v.weight for v in others))
     effects = chosen.effects
     own = parameters(effects)[len(RIG) :]
     names = (*RIG, *(name for name, _ in own), *IMPACT)
