@@ -40,7 +40,9 @@ def of(force: float | None, peak: float | None) -> GapFigures:
     (of(None, None), of(None, None), False),  # a single condition
 ])  # fmt: skip
 def test_better_is_what_the_printed_figures_say(before: GapFigures, after: GapFigures, better: bool) -> None:
-    assert compare(before, after, after).is_better is better
+    found = compare(before, after, after)
+    assert found.is_better is better
+    assert found.tells_peak is (better and before.peak_rms_percent is not None)
 
 
 def test_a_model_that_misses_its_own_trials_is_not_better() -> None:

@@ -42,6 +42,8 @@ def test_what_a_verdict_loses_goes_to_what_damage_may_hide(
         (first, 0.75), (other, 0.249), (("sensor_lag",), 0.001)
     ]  # fmt: skip
     assert tempered(scored, 1.0) == scored
+    even = tempered([Scored(first, 0.995), Scored(other, 0.005)], 0.5)
+    assert [s.explanation for s in even] == [first, other]
 
 
 def cut_off(dataset: GapDataset, share: float) -> GapDataset:

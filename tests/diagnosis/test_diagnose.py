@@ -9,12 +9,13 @@ import pytest
 
 from acf_jax.dataset import GapDataset, Measurement, Prior, RigPrior, Trace, Trial, assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
-from acf_jax.diagnosis.diagnose import Diagnosis, _measured_peaks, diagnose
+from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.forward import Grid, forward
 from acf_jax.diagnosis.model_file import _corners, gap_model, read_model, write_model
 from acf_jax.diagnosis.observe import observe
+from acf_jax.diagnosis.peaks import measured_peaks
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.score import UNKNOWN
@@ -106,7 +107,7 @@ def test_an_untared_sensor_leaves_the_errors_of_peaks(gravity_set: GapDataset, d
     ]
     untared = replace(gravity_set, trials=tuple(trials))
     quality = assess_dataset(untared)
-    peaks = _measured_peaks(quality, observe(quality))
+    peaks = measured_peaks(quality, observe(quality))
     assert peaks == pytest.approx(diagnosed.held["nominal"].measured_peak, abs=0.2)
 
 

@@ -165,7 +165,8 @@ def _far_repeats(
 ) -> dict[str, list[str]]:
     """Of trials of one condition whose peaks lie farther apart than their scatter and the noise let them."""
     scatter = dataset.measurement.contact_velocity_rel_std + dataset.measurement.pretension_rel_std
-    found = {}
+    lines: list[str] = []
+    names: list[str] = []
     for (velocity, pretension), group in dataset.conditions.items():
         looks = [(trials[i].name, dataset.trials[i].peak_force, trials[i].phase) for i in group]
         peaks = {
@@ -176,13 +177,16 @@ def _far_repeats(
         known = {name: peak for name, peak in peaks.items() if peak is not None}
         low, high = min(known.values(), default=0.0), max(known.values(), default=0.0)
         if high - low > FARTHEST * (scatter * high + noise.std):
-            line = (
-                f"repeats at {velocity:g} m/s and {pretension:g} N peak between {low:.4g} and {high:.4g} N, farther"
-                " apart than scatter and noise let them: check velocity and pretension of each in trials.csv;"
-                " else a limit is only just reached there, or the rig does not repeat"
-            )
-            found[line] = list(known)
-    return found
+            lines.append(f"{velocity:g} m/s and {pretension:g} N peak between {low:.4g} and {high:.4g} N")
+            names += known
+    if not lines:
+        return {}
+    more = f" (so at {len(lines) - 1} other conditions)" if len(lines) > 1 else ""
+    line = (
+        f"repeats at {lines[0]}{more}, farther apart than scatter and noise let them: check velocity and pretension of"
+        " each in trials.csv; else a limit is only just reached there, or the rig does not repeat"
+    )
+    return {line: names}
 
 
 def mended_lines(mended: Mended) -> list[str]:

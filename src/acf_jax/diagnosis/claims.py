@@ -37,6 +37,11 @@ class Comparison(NamedTuple):
         return decides is not None and decides.after < decides.before
 
     @property
+    def tells_peak(self) -> bool:
+        """Whether a corrected peak may be stated: it is better, and there are peaks that say so."""
+        return self.is_better and self.peak is not None
+
+    @property
     def figures(self) -> str:
         """The figures in words."""
         shown = [

@@ -32,13 +32,16 @@ def tempered(scored: Sequence[Scored], highest: float) -> list[Scored]:
     other = () if first.explanation == UNKNOWN else UNKNOWN
     total[first.explanation] = highest
     total[other] = total.get(other, 0.0) + first.probability - highest
-    return ranked(total)
+    # at even odds another may be as probable: the first one stays first
+    return sorted(ranked(total), key=lambda s: s.explanation != first.explanation)
 
 
-def statement(quality: Quality, compared: Sequence[str], highest: float) -> str:
-    """Why no verdict is surer, in words."""
+def statements(quality: Quality, compared: Sequence[str], highest: float) -> list[str]:
+    """Why no verdict is surer, in words; nothing where no trial is damaged."""
+    if highest == 1.0:
+        return []
     count = len(set(quality.damaged) & set(compared))
-    return (
+    return [
         f"no probability above {100 * highest:.0f} % is stated: {count} of the {len(compared)} trials compared are"
         " damaged, and what one of these shows may as well be its damage"
-    )
+    ]

@@ -14,7 +14,7 @@ from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.observe import Observations, observe
 from acf_jax.diagnosis.optimism import optimism
 from acf_jax.diagnosis.outliers import outliers
-from acf_jax.diagnosis.peaks import same_peaks
+from acf_jax.diagnosis.peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.score import (
     UNKNOWN,
     Evidence,
@@ -135,7 +135,7 @@ def diagnose(
     corrected = _corrected(fits, probability, scored[0].explanation)
 
     progress("holding out one condition after the other")
-    measured = _measured_peaks(quality, observations)
+    measured = measured_peaks(quality, observations)
     nominal = _unfitted(observations)
     unseen = Unseen(observations, measured, recalibrated, corrected, seed)
     shrinkage = unseen.shrinkage(corrected, scored[0].probability)
@@ -206,7 +206,7 @@ def diagnose(
         highest=highest,
         warnings=(
             *quality.warnings,
-            *_of_damage(quality, observations, highest),
+            *damage.statements(quality, observations.names, highest),
             *_of_model(comparison, form["corrected"]),
             *_of_bounds(corrected),
             *([] if unseen.exists else [ONE_CONDITION]),
@@ -250,25 +250,6 @@ def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:
     ]
 
 
-def _measured_peaks(quality: Quality, observations: Observations) -> np.ndarray:
-    """The largest sample within the impact phase of each trial, N, what an unloaded sensor reads taken off.
-
-    Not known, nan, where the force is cut off, unless trials.csv has a higher peak.
-    """
-    by_name = {t.name: (t, q) for t, q in zip(quality.dataset.trials, quality.trials, strict=True)}
-    peaks = []
-    for name in observations.names:
-        trial, look = by_name[name]
-        if look.phase is None:
-            peaks.append(trial.peak_force)
-        elif look.phase.cut_off is None:
-            peaks.append(look.phase.peak_force - quality.noise.offset)
-        else:
-            stated = trial.peak_force or 0.0
-            peaks.append(stated - quality.noise.offset if stated > look.phase.cut_off else np.nan)
-    return np.array(peaks, float)
-
-
 def _floor(observations: Observations, held: HeldOut) -> float | None:
     used = observations.traced
     return float(np.sqrt(held.floor[used].mean())) if used.any() else None
@@ -293,10 +274,6 @@ def _peak_shrinkage(
     both = held["recalibrated"], held["corrected"]
     found = peak_shrinkage(both, unseen.observations.condition, form, unseen.seed)
     return found if found and found.value > 0 else None
-
-
-def _of_damage(quality: Quality, observations: Observations, highest: float) -> list[str]:
-    return [damage.statement(quality, observations.names, highest)] if highest < 1 else []
 
 
 def _of_model(comparison: claims.Comparison | None, form: float) -> list[str]:

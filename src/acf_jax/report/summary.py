@@ -36,7 +36,7 @@ def summary(diagnosis: Diagnosis, content: dict[str, Any], look: Outlook) -> Htm
 def consequence(diagnosis: Diagnosis, look: Outlook) -> str:
     """What the corrected model changes about the peak force and the speed that keeps it, where it is better."""
     d = diagnosis
-    if d.comparison and not d.comparison.is_better:
+    if d.comparison and not d.comparison.tells_peak:
         return ""
     curves = look.curves[len(look.curves) // 2]
     nominal, corrected = curves.by_model["nominal"][-1], curves.by_model["corrected"][-1]

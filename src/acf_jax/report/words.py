@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from acf_jax.diagnosis.damage import statement
+from acf_jax.diagnosis.damage import statements
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.score import UNKNOWN, Scored
 from acf_jax.diagnosis.space import Explanation, component_of, every_effect
@@ -169,5 +169,4 @@ def doubts(diagnosis: Diagnosis) -> list[str]:
         lines.append(
             f"{count} of {of} trials {'are' if count > 1 else 'is'} left out ({'; '.join(reasons)}{more})"
         )
-    capped = [statement(d.quality, d.observations.names, d.highest)] if d.highest < 1 else []
-    return [*lines, *d.quality.doubts, *capped]
+    return [*lines, *d.quality.doubts, *statements(d.quality, d.observations.names, d.highest)]
