@@ -101,7 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     jax.config.update("jax_enable_x64", True)
     dataset = draw_set(options.trials)
-    observations = observe(dataset, assess_dataset(dataset))
+    observations = observe(assess_dataset(dataset))
     rows = [measure(observations, explanation, options.repeats) for explanation in EXPLANATIONS]
     print(
         f"{options.trials} traces, {observations.n_used:,} samples, {options.repeats} rounds; {describe()}\n"

@@ -16,7 +16,7 @@ from benchmarks.peers import scipy_fit
 @pytest.fixture(scope="module")
 def few() -> Observations:
     dataset = draw_set(5)
-    return observe(dataset, assess_dataset(dataset))
+    return observe(assess_dataset(dataset))
 
 
 def test_the_drawn_set_repeats_its_conditions_and_itself():

@@ -213,14 +213,29 @@ def test_a_folder_in_place_of_a_result_is_named(end, tmp_path):
 
 
 @pytest.mark.parametrize("which, shown, noted", [
-    ("corrected", False, True), ("recalibrated", False, False), ("corrected", True, False), ("corrected", None, False),
+    ("corrected", False, True), (None, False, True), ("recalibrated", False, False), ("corrected", True, False),
+    ("corrected", None, False),
 ])  # fmt: skip
 def test_a_prediction_says_where_nothing_shows_that_the_correction_helps(end, tmp_path, which, shown, noted):
     arguments = prepared(("predict",), tmp_path)
     model = gap_model().model_copy(update={"shown_closer": shown})
     (tmp_path / "model/model.json").write_text(write_model(model))
-    code, _, error = end("predict", *arguments, "--model", which)
+    code, _, error = end("predict", *arguments, *(["--model", which] if which else []))
     assert code == 0 and ("compare with --model recalibrated" in error) == noted
+
+
+@pytest.mark.parametrize("which, used, says", [
+    (None, "recalibrated", "this is the recalibrated one's prediction"),
+    ("corrected", "corrected", "leave out --model"),
+    ("recalibrated", "recalibrated", None),
+])  # fmt: skip
+def test_a_prediction_is_not_by_a_correction_that_is_no_better(end, tmp_path, which, used, says):
+    arguments = prepared(("predict",), tmp_path)
+    model = gap_model().model_copy(update={"better": False, "shown_closer": False})
+    (tmp_path / "model/model.json").write_text(write_model(model))
+    code, text, error = end("predict", *arguments, *(["--model", which] if which else []))
+    assert code == 0 and json.loads(text)["model"] == used
+    assert ("is not better than the recalibrated one" in error and says in error) if says else not error
 
 
 def prepared(path: tuple[str, ...], folder: Path) -> list[str]:

@@ -36,5 +36,8 @@ def test_any_traces_can_be_assessed(seed, count, shape):
     stated = Measurement(rng.choice([None, 1e-6, 1.0]))
     quality = assess_dataset(GapDataset(Path("any"), "", RIG, stated, tuple(trials)))
     assert np.isfinite(quality.noise.std) and quality.noise.std > 1e-9
-    assert len(quality.excluded) <= max(1, count // 4)
-    assert len(quality.used) >= 3 or not quality.excluded
+    void = {t.name for t in quality.trials if t.tells_nothing}  # left out in any case
+    judged = set(quality.excluded) - void
+    assert void <= set(quality.excluded) and len(judged) <= max(1, count // 4)
+    assert len(quality.used) >= 3 or not judged
+    assert set(quality.damaged).isdisjoint(quality.excluded)

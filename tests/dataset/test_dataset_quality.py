@@ -262,8 +262,6 @@ def change(kind, dataset, index, rng):
             force[hit : hit + some] = noise[hit : hit + some]
         case "cable off":
             force[hit:] = noise[hit:]
-        case "spike":
-            force[hit] += 0.25 * peak * rng.choice([-1, 1])
         case "stuck":
             force[hit : hit + some] = force[hit]
         case "clipped":
@@ -282,7 +280,6 @@ KINDS = {
     "noisy": "scatters by",
     "dropout": "drops out",
     "cable off": "drops out",
-    "spike": "spike",
     "stuck": "sticks at",
     "clipped": "is cut off at",
     "wrong range": "differs from the other trials",
@@ -346,10 +343,11 @@ def test_a_wrong_label_is_told_where_it_belongs():
 
 def test_faults_that_many_trials_share_exclude_none():
     dataset = made_up(0)
-    limited = tuple(with_force(t, np.minimum(t.trace.force, 150.0)) for t in dataset.trials)
-    quality = assess_dataset(replace(dataset, trials=limited))
-    assert quality.excluded == {}
-    assert any("look faulty, too many to leave out" in warning for warning in quality.warnings)
+    rng = np.random.default_rng(0)
+    faulty = tuple(change("dropout", dataset, i, rng) for i in range(8)) + dataset.trials[8:]
+    quality = assess_dataset(replace(dataset, trials=faulty))
+    assert quality.excluded == {} and set(quality.damaged) == {t.name for t in faulty[:8]}
+    assert any("look faulty, too many to leave out" in line for line in quality.doubts)
 
 
 def test_peaks_only():
@@ -403,22 +401,68 @@ def test_repeats_of_two_pretensions_under_one_label_are_told():
         assert not any("repeats at" in w for w in assess_dataset(made_up(seed, repeats=3)).warnings)
 
 
-def test_a_fault_that_all_trials_of_a_condition_share_is_the_rig():
-    dataset = made_up(0)
-    group = max(dataset.conditions.values(), key=len)
-    assert len(group) > 1
+def spiked(trial, at, by=400.0):
+    """`trial` with a spike of three samples."""
+    force = trial.trace.force.copy()
+    force[at : at + 3] += by
+    return with_force(trial, force)
 
-    def spiked(trial):
-        force = trial.trace.force.copy()
-        force[len(force) // 2] += 400.0
-        return with_force(trial, force)
 
-    trials = tuple(spiked(t) if i in group else t for i, t in enumerate(dataset.trials))
+@pytest.mark.parametrize("repeats", [2, 6])
+def test_a_shape_that_repeats_share_is_the_rig(repeats):
+    dataset = made_up(0, repeats=repeats)
+    group = list(dataset.conditions.values())[4]
+    trials = tuple(spiked(t, 50) if i in group else t for i, t in enumerate(dataset.trials))
     quality = assess_dataset(replace(dataset, trials=trials))
-    assert quality.excluded == {}
-    assert any("all trials of one condition look faulty" in warning for warning in quality.warnings)
-    alone = tuple(spiked(t) if i == group[0] else t for i, t in enumerate(dataset.trials))
-    assert len(assess_dataset(replace(dataset, trials=alone)).excluded) == 1
+    assert quality.excluded == {} and quality.damaged == () and quality.doubts == ()
+    assert all(
+        np.array_equal(t.trace.force, s.trace.force)
+        for t, s in zip(trials, quality.dataset.trials, strict=True)
+    )
+
+
+def test_two_repeats_that_are_faulty_in_different_ways_are_faults():
+    dataset = made_up(0)
+    first, second = list(dataset.conditions.values())[4]
+    rng = np.random.default_rng(0)
+    trials = list(dataset.trials)
+    trials[first] = change("dropout", dataset, first, rng)
+    trials[second] = change("stuck", dataset, second, rng)
+    quality = assess_dataset(replace(dataset, trials=tuple(trials)))
+    assert set(quality.excluded) == {trials[first].name, trials[second].name}
+
+
+@pytest.mark.parametrize("kind", ["dead", "stuck"])
+def test_what_no_rig_does_is_a_fault_of_both_repeats(kind):
+    dataset = made_up(0)
+    group = list(dataset.conditions.values())[4]
+    trials = list(dataset.trials)
+    for i in group:
+        trials[i] = change(kind, dataset, i, np.random.default_rng(1))  # at the same time
+    quality = assess_dataset(replace(dataset, trials=tuple(trials)))
+    assert set(quality.excluded) == {trials[i].name for i in group}
+
+
+def test_repeats_that_are_mislabelled_alike_are_faults_where_another_condition_explains_them():
+    dataset = made_up(0)
+    group = dataset.conditions[(0.3, 60.0)]
+    wrong = tuple(replace(t, pretension=100.0) if i in group else t for i, t in enumerate(dataset.trials))
+    extra = tuple(replace(t, name=f"{t.name}b") for t in made_up(1).trials[6:8])
+    quality = assess_dataset(replace(dataset, trials=wrong + extra))
+    assert set(quality.excluded) == {wrong[i].name for i in group}
+    assert all("it looks like a trial at 0.3 m/s and 60 N" in reason for reason in quality.excluded.values())
+
+
+def test_repeats_that_agree_but_not_with_other_conditions_are_kept_and_told():
+    """No other condition explains them: a limit that they have gone beyond, or a label that is wrong."""
+    dataset = made_up(0)
+    group = dataset.conditions[(0.3, 60.0)]
+    wrong = tuple(
+        replace(t, contact_velocity=0.12) if i in group else t for i, t in enumerate(dataset.trials)
+    )
+    quality = assess_dataset(replace(dataset, trials=wrong))
+    assert quality.excluded == {} and set(quality.damaged) == {wrong[i].name for i in group}
+    assert any("t006, t007 agree with the repeats of their condition" in line for line in quality.doubts)
 
 
 def test_a_stated_size_makes_the_colour_better_known() -> None:

@@ -9,12 +9,13 @@ import pytest
 
 from acf_jax.dataset import GapDataset, Measurement, Prior, RigPrior, Trace, Trial, assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
-from acf_jax.diagnosis.diagnose import Diagnosis, _measured_peaks, diagnose
+from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.forward import Grid, forward
 from acf_jax.diagnosis.model_file import _corners, gap_model, read_model, write_model
 from acf_jax.diagnosis.observe import observe
+from acf_jax.diagnosis.peaks import measured_peaks
 from acf_jax.diagnosis.predict import predict
 from acf_jax.diagnosis.project import Projector
 from acf_jax.diagnosis.score import UNKNOWN
@@ -106,7 +107,7 @@ def test_an_untared_sensor_leaves_the_errors_of_peaks(gravity_set: GapDataset, d
     ]
     untared = replace(gravity_set, trials=tuple(trials))
     quality = assess_dataset(untared)
-    peaks = _measured_peaks(untared, quality, observe(untared, quality))
+    peaks = measured_peaks(quality, observe(quality))
     assert peaks == pytest.approx(diagnosed.held["nominal"].measured_peak, abs=0.2)
 
 
@@ -174,7 +175,7 @@ def test_noise_below_what_the_simulation_resolves_counts_as_that(gravity_set: Ga
     """With 1e-6 N, as a simulated set may state it, no fit counted as stable; covariances were not symmetric."""
     quality = assess_dataset(gravity_set)
     exact = replace(quality, noise=replace(quality.noise, std=1e-6))
-    observations = observe(gravity_set, exact)
+    observations = observe(exact)
     assert 1e-4 < observations.noise.std < 1e-2
     fitted = fit_nominal(observations)
     assert np.isfinite(fitted.objective)
@@ -198,7 +199,7 @@ def test_a_trace_is_compared_to_its_end_where_the_robot_presses_on() -> None:
             Trial(f"t{i}", v_e[i], f_p[i], None, Trace(1e-4 * np.arange(-40, 601), read[i])) for i in range(4)
         )
         dataset = GapDataset(Path("clipped"), "", rig, Measurement(0.5, 0.005, 0.005), trials)
-        observations = observe(dataset, assess_dataset(dataset))
+        observations = observe(assess_dataset(dataset))
         return 2 * fit_nominal(observations).objective / observations.n_used
 
     assert left(np.inf) < 1.1
@@ -278,7 +279,7 @@ def test_predictions_end_with_contact_and_carry_uncertainty(diagnosed: Diagnosis
 
 def test_derivatives_of_the_objective_are_right(gravity_set: GapDataset) -> None:
     """The Gauss-Newton gradient vanishes at the optimum: a step to either side costs."""
-    observations = observe(gravity_set, assess_dataset(gravity_set))
+    observations = observe(assess_dataset(gravity_set))
     best = fit_single(Ground.of(observations, fit_nominal(observations)), "gravity")
     for k in range(len(best.u)):
         for step in (-0.3, 0.3):
@@ -294,7 +295,7 @@ def test_derivatives_of_the_objective_are_right(gravity_set: GapDataset) -> None
 def test_longer_steps_leave_the_chi_square(
     gravity_set: GapDataset, explanation: Explanation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    observations = observe(gravity_set, assess_dataset(gravity_set))
+    observations = observe(assess_dataset(gravity_set))
     start = begin(observations.prior.values, [-5.0] * len(explanation))
     near = fit(observations, explanation, start)
     found = fit(observations, explanation, near.theta, near.own, warm=True)
@@ -305,7 +306,7 @@ def test_longer_steps_leave_the_chi_square(
 
 
 def test_projection_removes_what_the_parameters_imitate(gravity_set: GapDataset) -> None:
-    observations = observe(gravity_set, assess_dataset(gravity_set))
+    observations = observe(assess_dataset(gravity_set))
     nominal: Fit = fit_nominal(observations)
     projector = Projector.of(nominal)
     imitated = nominal.linear.by_parameter[:, 0]
@@ -314,8 +315,8 @@ def test_projection_removes_what_the_parameters_imitate(gravity_set: GapDataset)
 
 
 def test_the_same_data_give_the_same_fit_whatever_the_order_of_trials(gravity_set: GapDataset) -> None:
-    observations = observe(gravity_set, assess_dataset(gravity_set))
+    observations = observe(assess_dataset(gravity_set))
     reversed_set = replace(gravity_set, trials=gravity_set.trials[::-1])
-    turned = observe(reversed_set, assess_dataset(reversed_set))
+    turned = observe(assess_dataset(reversed_set))
     one, two = fit_nominal(observations), fit_nominal(turned)
     np.testing.assert_allclose(one.theta, two.theta, rtol=1e-3, atol=1e-6)

@@ -50,6 +50,14 @@ def test_a_scatter_is_found_and_not_understated(scatter: float) -> None:
     assert scatter < trigger_scatter(repeated(scatter)) < 1.7 * scatter
 
 
+def test_repeats_that_do_not_repeat_say_nothing_of_triggers() -> None:
+    """Those of one condition alone had made the scatter of all as large as it can be."""
+    exact = repeated(0.0)
+    force = exact.force.copy()
+    force[0] = np.roll(force[0], 8)  # another impact altogether
+    assert trigger_scatter(replace(exact, force=force)) < 0.1
+
+
 def test_exact_triggers_are_known_to_be_exact() -> None:
     assert trigger_scatter(repeated(0.0)) < 0.1
 

@@ -11,7 +11,11 @@ from types import SimpleNamespace
 import numpy as np
 import plotly.graph_objects as go
 import pytest
+from click.testing import CliRunner
 
+from acf_jax.cli.diagnose import command
+from acf_jax.dataset import GapDataset
+from acf_jax.diagnosis.claims import Change, Comparison
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.forward import Grid, forward
@@ -172,6 +176,72 @@ def test_of_a_single_condition_nothing_is_said_to_be_unseen(diagnosed: Diagnosis
     )
     assert "did not see" in gap_map(diagnosed)
     assert "did not see" not in overlay(alone, look) and "did not see" not in gap_map(alone)
+
+
+def test_nothing_is_claimed_of_a_correction_that_is_no_better(diagnosed: Diagnosis, tmp_path: Path) -> None:
+    """No share, no corrected peak, no speed: the figures beside them say the opposite."""
+    worse = Comparison(Change(7.13, 9.81), Change(55.0, 20.0))
+    content = document(diagnosed)
+    assert content["corrected_is_better"] is True
+    page = read(diagnosed, tmp_path)
+    assert (
+        "Correcting for it removes" in page.text
+        or "Correcting for the most probable one removes" in page.text
+    )
+    assert "Corrected model, ±" in page.text and "Gap removed, force" in page.text
+    said = "not better than the recalibrated one (force error 7.13 → 9.81 N, peak error 55 → 20 %)"
+    page = read(replace(diagnosed, comparison=worse, shrinkage_force=None, shrinkage_peak=None), tmp_path)
+    text = page.text.replace("\u00a0", " ")
+    assert said in text and "No shrinkage is stated: the corrected model is not better" in text
+    for claim in (
+        "Correcting for",
+        "Gap removed",
+        "To stay below",
+        "Allowed speeds",
+        "the corrected model gives",
+    ):
+        assert claim not in text, claim
+    assert "Recalibrated model, ±" in page.text and "Corrected model, ±" not in page.text
+    names = {t.get("name") for v in page.figures["peaks-data"]["variants"] for t in v["data"]}
+    assert names >= {"recalibrated, contact", "nominal"} and not any(
+        "corrected" in str(name) for name in names
+    )
+
+
+def test_doubts_about_the_data_come_before_the_verdict(
+    diagnosed: Diagnosis, evil_set: GapDataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = diagnosed.observations.names[0]
+    quality = replace(diagnosed.quality, damaged=(name,), doubts=("the force is cut off",))
+    damaged = replace(diagnosed, quality=quality, highest=0.9, excluded={"t001": "its force drops out"})
+    monkeypatch.setattr("acf_jax.diagnosis.diagnose.diagnose", lambda *_: damaged)
+    monkeypatch.setattr("acf_jax.dataset.read_dataset", lambda _: evil_set)
+    result = CliRunner().invoke(command, ["set", "--out", str(tmp_path / "out")])
+    lines = result.stdout.splitlines()
+    of, count = len(evil_set.trials), len(diagnosed.observations.names)
+    assert result.exit_code == 0 and lines[:3] == [
+        f"note: 1 of {of} trials is left out (t001: its force drops out)",
+        "note: the force is cut off",
+        f"note: no probability above 90 % is stated: 1 of the {count} trials compared are damaged, and what one of"
+        " these shows may as well be its damage",
+    ]
+    assert lines[3] == sentence(damaged)
+
+
+def test_a_peak_that_is_cut_off_is_a_lower_bound(diagnosed: Diagnosis, tmp_path: Path) -> None:
+    looks = list(diagnosed.quality.trials)
+    assert looks[1].phase is not None
+    looks[1] = replace(looks[1], phase=replace(looks[1].phase, cut_off=looks[1].phase.peak_force))
+    measured = {name: held.measured_peak.copy() for name, held in diagnosed.held.items()}
+    for peaks in measured.values():
+        peaks[diagnosed.observations.condition == diagnosed.observations.condition[0]] = np.nan
+    cut = replace(
+        diagnosed,
+        quality=replace(diagnosed.quality, trials=tuple(looks)),
+        held={name: replace(held, measured_peak=measured[name]) for name, held in diagnosed.held.items()},
+    )
+    text = read(cut, tmp_path).text.replace("\u00a0", " ")
+    assert f"≥ {looks[1].phase.peak_force:.1f} N" in text and "cut off" in text
 
 
 def test_an_allowed_speed_is_never_rounded_up(diagnosed: Diagnosis) -> None:

@@ -49,4 +49,4 @@ def _quiet(case: Case) -> Observations:
     measurement = Measurement(std, setup.spread, setup.spread)
     dataset = GapDataset(Path("quiet"), "", prior, measurement, tuple(trials))
     noise = Noise(std, share=1.0, correlation_time=-setup.interval / np.log(memory)) if memory else Noise(std)
-    return replace(observe(dataset, assess_dataset(dataset)), noise=noise)
+    return replace(observe(assess_dataset(dataset)), noise=noise)

@@ -39,7 +39,7 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
     from acf_jax.diagnosis.diagnose import diagnose
     from acf_jax.diagnosis.results import write_results
     from acf_jax.folders import whole_folder
-    from acf_jax.report import sentence, write_report
+    from acf_jax.report import doubts, sentence, write_report
 
     with stages() as progress:
         diagnosis = diagnose(data, seed, progress)
@@ -50,5 +50,7 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
     if as_json:
         echo_json(content)
     else:
+        for line in doubts(diagnosis):
+            click.echo(f"note: {line}")
         click.echo(sentence(diagnosis))
         click.echo(f"{out / 'report.html'}: open it in a browser")

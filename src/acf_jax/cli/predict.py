@@ -3,12 +3,16 @@
 import csv
 import io
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import stages
 from acf_jax.cli._stale import traces_of
+
+if TYPE_CHECKING:
+    from acf_jax.diagnosis.model_file import GapModel
 
 EXAMPLES = """
 \b
@@ -40,15 +44,19 @@ COLUMNS = (
 @click.option(
     "--model",
     "which",
-    default="corrected",
-    show_default=True,
     type=click.Choice(["nominal", "recalibrated", "corrected"]),
-    help="The paper's model at its prior values, refitted, or with the effects found.",
+    help="The paper's model at its prior values, refitted, or with the effects found; by default the last, unless it"
+    " is no better than the refitted one on conditions that the fit did not see.",
 )
 @click.option("--sample-rate", type=float, help="Of the traces, Hz; the data set's by default.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the rows of predictions.csv.")
 def command(
-    diagnosis_dir: Path, conditions: Path, out: Path, which: str, sample_rate: float | None, as_json: bool
+    diagnosis_dir: Path,
+    conditions: Path,
+    out: Path,
+    which: str | None,
+    sample_rate: float | None,
+    as_json: bool,
 ) -> None:
     """Predict impacts with the model that `diagnose` left in DIAGNOSIS_DIR.
 
@@ -83,6 +91,7 @@ def command(
     from acf_jax.folders import whole_folder
 
     model = read_model(diagnosis_dir / "model.json")
+    asked, which = which, which or model.preferred
     v_e = np.array([t.contact_velocity for t in trials])
     f_p = np.array([t.pretension for t in trials])
     with stages() as progress:
@@ -115,12 +124,8 @@ def command(
         echo_json({"model": which, "predictions": [_numbers(row) for row in rows]})
     else:
         click.echo(f"{out / 'predictions.csv'}: {len(trials)} impacts by the {which} model")
-    if which == "corrected" and model.shown_closer is False:
-        click.echo(
-            "note: held-out conditions do not show that the corrected model comes closer than the recalibrated one;"
-            " compare with --model recalibrated",
-            err=True,
-        )
+    if note := _correction_note(model, asked):
+        click.echo(f"note: {note}", err=True)
     _warn_beyond(v_e, model.v_range, "contact velocities", "m/s")
     _warn_beyond(f_p, model.f_p_range, "pretensions", "N")
     if diverging := [t.name for t, p in zip(trials, predictions, strict=True) if p.diverges]:
@@ -129,6 +134,24 @@ def command(
             " far from the trials: what is written of these impacts is the recalibrated model's",
             err=True,
         )
+
+
+def _correction_note(model: "GapModel", asked: str | None) -> str:
+    """What a reader has to know of the corrected model before trusting it, or before missing it."""
+    if asked in ("nominal", "recalibrated"):
+        return ""
+    if model.better is False:
+        used = "this is the recalibrated one's prediction" if asked is None else "leave out --model"
+        return (
+            "on conditions that the fit did not see the corrected model is not better than the recalibrated one;"
+            f" {used}"
+        )
+    if model.shown_closer is False:
+        return (
+            "held-out conditions do not show that the corrected model comes closer than the recalibrated one;"
+            " compare with --model recalibrated"
+        )
+    return ""
 
 
 def _warn_beyond(values, tried: tuple[float, float], what: str, unit: str) -> None:  # type: ignore[no-untyped-def]

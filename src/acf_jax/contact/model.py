@@ -40,6 +40,9 @@ class ContactModel(eqx.Module):
     tried: Tried | None = eqx.field(static=True)  # v_E and F_P of the trials behind it
     source: str = eqx.field(static=True)
     verdict: str | None = eqx.field(static=True, default=None)  # of the diagnosis behind it
+    better: bool | None = eqx.field(
+        static=True, default=None
+    )  # its correction, on conditions that no fit saw
 
     def at(self, v_e: float, f_p: float) -> np.ndarray:
         """z at the parameters' best values."""
@@ -54,7 +57,11 @@ class ContactModel(eqx.Module):
 
     @property
     def doubt(self) -> str:
-        """What the verdict of the diagnosis behind it takes from every answer; empty where it takes nothing."""
+        """What the diagnosis behind it takes from every answer; empty where it takes nothing."""
+        return "; ".join(filter(None, (self._of_verdict, self._of_correction)))
+
+    @property
+    def _of_verdict(self) -> str:
         if self.verdict == "ambiguous":
             many = (
                 f"{1 + len(self.others)} explanations stand"
@@ -66,6 +73,15 @@ class ContactModel(eqx.Module):
             "unknown": "the diagnosis found no known cause: a curve fitted freely stands in for it",
             "insufficient_data": "the diagnosis had too little data to answer",
         }.get(self.verdict or "", "")
+
+    @property
+    def _of_correction(self) -> str:
+        if self.better is not False:
+            return ""
+        return (
+            "the corrected model is not better than the recalibrated one on conditions that the fit did not see: the"
+            " recalibrated one answers, and how far the two differ counts as uncertainty"
+        )
 
     def is_extrapolated(self, z: np.ndarray) -> list[str]:
         """What of v_E and F_P lies outside the tried range; nothing where no trials are known."""

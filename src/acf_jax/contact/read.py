@@ -1,6 +1,7 @@
 """Contact models from what a user has: a rig's four values, a diagnosis, a surrogate."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import equinox as eqx
 import numpy as np
@@ -9,9 +10,9 @@ from acf_jax.contact.model import ContactModel, Variant
 from acf_jax.contact.peak import RIG, AbstractPeak, ClosedForm, Learned, Simulated, Trained
 from acf_jax.contact.tried import Range, Tried
 from acf_jax.dataset import Measurement
-from acf_jax.diagnosis.model_file import GapModel
+from acf_jax.diagnosis.model_file import GapModel, Which
 from acf_jax.diagnosis.model_file import Variant as Saved
-from acf_jax.diagnosis.predict import Which, tried_reach
+from acf_jax.diagnosis.predict import tried_reach
 from acf_jax.diagnosis.space import LEAST_SHARE, parameters
 from acf_jax.errors import InputError
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
@@ -52,32 +53,40 @@ def of_diagnosis(
     model: GapModel,
     relative_std: Mapping[str, float] | None = None,
     source: str = "diagnosis",
-    which: Which = "corrected",
+    which: Which | None = None,
 ) -> ContactModel:
     """The corrected model of a diagnosis, the explanations beside it, and the fit's covariance.
 
+    Where it is known to be no better than the recalibrated model on unseen conditions, that one answers, with the same
+    weight as the corrected one and what stands beside it together: their spread is uncertainty.
+
     `relative_std`: of v_e and f_p about their commanded values; where it is not given the trials', and a data set's
-    default for files of earlier versions. `which`: the paper's model instead, at the rig's prior values or refitted;
-    neither knows what it misses.
+    default for files of earlier versions. `which`: one model alone, the corrected one with what stands beside it.
     """
     usual = Measurement()
     of_trials = model.rel_std or (usual.contact_velocity_rel_std, usual.pretension_rel_std)
     given = dict(zip(IMPACT, of_trials, strict=True)) | dict(relative_std or {})
+    which = which or model.preferred
     chosen: Saved = getattr(model, which)
-    is_corrected = which == "corrected"
+    main = _variant(model, chosen)
+    others = tuple(_variant(model, v) for v in model.alternatives if which == "corrected")
+    if which == model.preferred == "recalibrated":
+        others = tuple(_variant(model, v) for v in (model.corrected, *model.alternatives))
+        main = replace(main, weight=sum(v.weight for v in others))
     effects = chosen.effects
     own = parameters(effects)[len(RIG) :]
     names = (*RIG, *(name for name, _ in own), *IMPACT)
     return ContactModel(
         names=names,
         units=(*UNITS, *(p.unit for _, p in own), "m/s", "N"),
-        main=_variant(model, chosen),
-        others=tuple(_variant(model, v) for v in model.alternatives if is_corrected),
+        main=main,
+        others=others,
         relative=np.array([float(given.get(name, 0.0)) for name in names]),
-        form_error=model.peak_form_error if is_corrected else 0.0,
+        form_error=model.form_error(which),
         tried=Tried(model.v_range, model.f_p_range, model.corners),
         source=source,
         verdict=model.verdict,
+        better=model.better,
     )
 
 

@@ -2,7 +2,8 @@
 
 from collections import Counter
 
-from acf_jax.dataset.look import TrialQuality
+from acf_jax.dataset.look import CUT_OFF, TrialQuality
+from acf_jax.dataset.mend import Mended
 from acf_jax.dataset.noise import Approach, Noise, approach_samples
 from acf_jax.dataset.phase import NEGATIVE, ImpactPhase
 from acf_jax.dataset.trials import GapDataset
@@ -10,16 +11,9 @@ from acf_jax.dataset.trials import GapDataset
 FARTHEST = 8.0  # standard deviations that peaks of one condition may lie apart
 
 
-def noise_warnings(
-    dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str], least: float
-) -> list[str]:
-    """Of the noise: what is stated against what the samples show, and what had to be assumed.
-
-    **Arguments:** `still`: trials whose approach does not change. `least`: what readings in steps err by alone, N.
-    """
+def stated_noise(stated: float | None, approach: Noise | None, least: float) -> list[str]:
+    """What speaks against the noise as stated, N; `least`: what readings in steps err by alone, N."""
     warnings = []
-    traced = [trial.trace for trial in dataset.trials if trial.trace]
-    stated = dataset.measurement.force_noise_std_n
     told = approach if approach and approach.std > 0.0 else None
     if stated is not None and told is not None:
         ratio = told.std / stated
@@ -33,6 +27,15 @@ def noise_warnings(
             f"force_noise_std_n is stated as {stated:g} N, but readings in steps of {least * 12.0**0.5:.3g} N err by"
             f" {least:.3g} N alone; state at least that"
         )
+    return warnings
+
+
+def noise_warnings(dataset: GapDataset, noise: Noise, approach: Noise | None, still: list[str]) -> list[str]:
+    """Of the noise: what tells it, and what had to be assumed; `still`: trials whose approach does not change."""
+    warnings = []
+    traced = [trial.trace for trial in dataset.trials if trial.trace]
+    stated = dataset.measurement.force_noise_std_n
+    told = approach if approach and approach.std > 0.0 else None
     if still:
         what = f"the force does not change before contact in {named(still)} (dead band, padding, coarse readings?)"
         if told is not None:
@@ -79,9 +82,8 @@ def trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise: 
     ]
     if drifting:
         warnings.append(f"the sensor drifts before contact in {named(drifting)}; let it warm up")
-    missed = [
-        (t.phase.missed_peak / t.phase.peak_force, t) for t in kept if t.phase and t.phase.peak_force > 0
-    ]
+    whole = [(t, t.phase) for t in kept if t.phase and t.phase.cut_off is None and t.phase.height > 0]
+    missed = [(phase.missed_peak / phase.height, t) for t, phase in whole]
     share, worst = max(missed, key=lambda pair: pair[0], default=(0.0, None))
     if worst is not None and share > 0.02:
         warnings.append(
@@ -95,7 +97,7 @@ def trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise: 
     ]
     if late:
         warnings.append(f"the trigger is off by a sample or more in {named(late)}")
-    below = [t.name for t in kept if _reads_below_zero(t.approach, t.phase)]
+    below = [t.name for t in kept if t.phase and t.phase.lowest_force < -NEGATIVE * t.phase.height]
     if below:
         warnings.append(
             f"the force reads below zero before contact is lost in {named(below)}: nothing pulls there, so the sensor"
@@ -113,26 +115,112 @@ def trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise: 
     return warnings
 
 
-def repeat_warnings(
+def damage(
+    dataset: GapDataset,
+    trials: list[TrialQuality],
+    excluded: dict[str, str],
+    suspected: dict[str, str],
+    shared: dict[str, str],
+    noise: Noise,
+) -> dict[str, list[str]]:
+    """What is wrong with trials that are compared all the same: a line each, and the trials that it is about.
+
+    **Arguments:** `suspected`: trials that look faulty but are kept, with the reason; `shared`: those of which most
+    repeats have the same trace.
+    """
+    found = {}
+    cut = {t.name: t.phase.cut_off for t in trials if t.phase and t.phase.cut_off and t.name not in excluded}
+    if cut:
+        low, high = min(cut.values()), max(cut.values())
+        at = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"
+        line = (
+            f"the force is cut off at {at} in {len(cut)} of {len(trials)} trials ({named(list(cut))}): the sensor's"
+            " range ends there. These readings are not compared, and the peaks of these trials are unknown"
+        )
+        found[line] = list(cut)
+    # that a force is cut off has been said
+    suspected = {
+        name: why
+        for name, why in suspected.items()
+        if not (name in cut and why.startswith(CUT_OFF) and ";" not in why)
+    }
+    if suspected:
+        examples = "; ".join(f"{name}: {reason}" for name, reason in list(suspected.items())[:3])
+        line = (
+            f"{len(suspected)} of {len(trials)} trials look faulty, too many to leave out: all are kept"
+            f" (for example {examples}); check sensor, cable and labels"
+        )
+        found[line] = list(suspected)
+    if shared:
+        names = list(shared)
+        found[
+            f"{named(names)} agree with the repeats of their condition, but not with other conditions ({names[0]}:"
+            f" {shared[names[0]]}): they may have gone beyond a limit, or their labels are wrong; kept"
+        ] = names
+    return found | _far_repeats(dataset, trials, excluded, noise)
+
+
+def _far_repeats(
     dataset: GapDataset, trials: list[TrialQuality], excluded: dict[str, str], noise: Noise
-) -> list[str]:
+) -> dict[str, list[str]]:
     """Of trials of one condition whose peaks lie farther apart than their scatter and the noise let them."""
     scatter = dataset.measurement.contact_velocity_rel_std + dataset.measurement.pretension_rel_std
-    warnings = []
+    lines: list[str] = []
+    names: list[str] = []
     for (velocity, pretension), group in dataset.conditions.items():
-        looks = [
-            (dataset.trials[i].peak_force, trials[i].phase) for i in group if trials[i].name not in excluded
-        ]
-        peaks = [phase.peak_force if phase else peak for peak, phase in looks]
-        known = [peak for peak in peaks if peak is not None]
-        low, high = min(known, default=0.0), max(known, default=0.0)
+        looks = [(trials[i].name, dataset.trials[i].peak_force, trials[i].phase) for i in group]
+        peaks = {
+            name: phase.height if phase else peak
+            for name, peak, phase in looks
+            if name not in excluded and (phase is None or phase.cut_off is None)
+        }
+        known = {name: peak for name, peak in peaks.items() if peak is not None}
+        low, high = min(known.values(), default=0.0), max(known.values(), default=0.0)
         if high - low > FARTHEST * (scatter * high + noise.std):
-            warnings.append(
-                f"repeats at {velocity:g} m/s and {pretension:g} N peak between {low:.4g} and {high:.4g} N, farther"
-                " apart than scatter and noise let them: check velocity and pretension of each in trials.csv;"
-                " else a limit is only just reached there, or the rig does not repeat"
-            )
-    return warnings
+            lines.append(f"{velocity:g} m/s and {pretension:g} N peak between {low:.4g} and {high:.4g} N")
+            names += known
+    if not lines:
+        return {}
+    more = f" (so at {len(lines) - 1} other conditions)" if len(lines) > 1 else ""
+    line = (
+        f"repeats at {lines[0]}{more}, farther apart than scatter and noise let them: check velocity and pretension of"
+        " each in trials.csv; else a limit is only just reached there, or the rig does not repeat"
+    )
+    return {line: names}
+
+
+def mended_lines(mended: Mended) -> list[str]:
+    """What was wrong with the recording and is undone, a line for each kind."""
+    n, lines = len(mended.dataset.trials), []
+    if mended.held:
+        low, high = min(mended.held.values()), max(mended.held.values())
+        times = f"{low:.3g}" if high - low < 0.1 else f"{low:.3g} to {high:.3g}"
+        lines.append(
+            f"each reading is held for {times} samples in {_of_all(list(mended.held), n)}: the sensor is slower than"
+            " its recorder; one of each is used"
+        )
+    if mended.lost:
+        shown = [
+            f"{name}: {x.force:.4g} N at {1e3 * x.time:.3g} ms"
+            for name, lost in mended.lost.items()
+            for x in lost
+        ]
+        more = f"; and {len(shown) - 3} more" if len(shown) > 3 else ""
+        lines.append(
+            f"{len(shown)} lost reading{'s are' if len(shown) > 1 else ' is'} taken out of {len(mended.lost)} of {n}"
+            f" trials ({'; '.join(shown[:3])}{more})"
+        )
+    if mended.zeros:
+        shown = [f"{name} {zero:+.3g} N" for name, zero in mended.zeros.items()]
+        lines.append(
+            f"the unloaded sensor reads something else than in the other trials: {named(shown)}; taken off, zero it"
+            " before each trial"
+        )
+    return lines
+
+
+def _of_all(names: list[str], n: int) -> str:
+    return f"all {n} trials" if len(names) == n else f"{len(names)} of {n} trials ({named(names)})"
 
 
 def _drifts(approach: Approach, phase: ImpactPhase | None, noise_std: float) -> bool:
@@ -140,13 +228,6 @@ def _drifts(approach: Approach, phase: ImpactPhase | None, noise_std: float) -> 
         return False
     by_the_peak = abs(approach.drift) * phase.peak_time
     return abs(approach.drift) > 5.0 * approach.drift_std and by_the_peak > noise_std
-
-
-def _reads_below_zero(approach: Approach | None, phase: ImpactPhase | None) -> bool:
-    if phase is None:
-        return False
-    peak = phase.peak_force - (approach.offset if approach else 0.0)
-    return phase.lowest_force < -NEGATIVE * peak
 
 
 def named(names: list[str]) -> str:

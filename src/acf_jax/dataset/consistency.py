@@ -21,6 +21,7 @@ Indices = NDArray[np.intp]
 Misfit = Callable[[Array, Indices], tuple[Array, Array]]
 
 _POINTS = 80  # times at which trials are compared
+FAR = 0.04  # of the peak: a fault of one trace is at least so much
 _CLEAR = 0.08  # share of the peak by which a faulty trial misses, at least
 _CLEAR_LABEL = 0.015  # the same where another condition of the set explains the trial
 _RATIO = 6.0  # and against the median of the other trials
@@ -33,6 +34,7 @@ class Agreement:
     score: float  # RMS misfit over peak, beyond what noise, trigger and spread of the condition allow
     trigger_offset: float | None  # s, against the other trials; > 0: its impact comes late
     fault: str | None
+    is_label: bool = False  # whether the fault is its label: another condition of the set explains the trial
 
 
 def compare(
@@ -55,12 +57,36 @@ def compare(
     return result
 
 
+def show_the_same(
+    one: Trial, other: Trial, phases: tuple[ImpactPhase, ImpactPhase], noise_std: float, spread: float
+) -> bool:
+    """Whether the trace of a repeat has the shape of a trial's own: nowhere far off it.
+
+    Far is what a single trace may show as a fault, and beyond noise, trigger and spread of the condition.
+    """
+    time, force = _in_contact(one, phases[0])
+    time_there, there = _in_contact(other, phases[1])
+    reach = 1.5 * max(float(np.median(np.diff(t))) if t.size > 1 else 0.0 for t in (time, time_there))
+    low, high = np.searchsorted(time_there, time - reach), np.searchsorted(time_there, time + reach, "right")
+    top = float(np.nanmax(force, initial=0.0))
+    allowed = FAR * top + 4.0 * (spread * top + noise_std)
+    compared = [(f, there[a:b]) for f, a, b in zip(force, low, high, strict=True) if b > a and np.isfinite(f)]
+    return bool(compared) and all(x.min() - allowed <= f <= x.max() + allowed for f, x in compared)
+
+
+def _in_contact(trial: Trial, phase: ImpactPhase) -> tuple[Array, Array]:
+    """Times, s, and forces, N, from first contact on, what the unloaded sensor reads taken off."""
+    assert trial.trace is not None
+    part = slice(phase.start, max(phase.stop + 3, phase.start + 1))
+    return trial.trace.time[part], trial.trace.force[part] - phase.offset
+
+
 def _by_traces(
     trials: list[Trial], phases: list[ImpactPhase | None], noise_std: float, spread: float
 ) -> list[Agreement]:
     grid, force = _on_grid(trials, phases)
     slope = np.gradient(force, grid, axis=0) if grid.size > 1 else np.zeros_like(force)
-    peaks = np.array([phase.peak_force for phase in phases if phase])
+    peaks = np.array([phase.height for phase in phases if phase])
     steps = np.array([np.median(np.diff(t.trace.time)) for t in trials if t.trace])
 
     def misfit(expected: Array, index: Indices) -> tuple[Array, Array]:
@@ -125,7 +151,8 @@ def _judge(trials: list[Trial], values: Array, misfit: Misfit, squared: bool = F
                 hint = f"wrong label? it looks like a trial at {velocity:g} m/s and {pretension:g} N"
             fault = f"it differs from the other trials by {100.0 * scores[i]:.0f} % of its peak ({hint})"
         offset = float(late[i]) if np.isfinite(late[i]) and np.isfinite(scores[i]) else None
-        agreements.append(Agreement(float(np.nan_to_num(scores[i])), offset, fault))
+        is_label = likely.get(i) is not None
+        agreements.append(Agreement(float(np.nan_to_num(scores[i])), offset, fault, is_label))
     return agreements
 
 
@@ -191,7 +218,10 @@ def _left_out(basis: Array, values: Array, weights: Array) -> Array:
 
 
 def _on_grid(trials: list[Trial], phases: list[ImpactPhase | None]) -> tuple[Array, Array]:
-    """Common times, s, shape (G,), and each trial's force in contact there, N, shape (G, trials)."""
+    """Common times, s, shape (G,), and each trial's force in contact there, N, shape (G, trials).
+
+    Without what the unloaded sensor reads, and without what is cut off: that is a lower bound only.
+    """
     contacts = [(t.trace, p) for t, p in zip(trials, phases, strict=True) if t.trace and p]
     ends = np.array([trace.time[phase.stop - 1] for trace, phase in contacts])
     step = max(float(np.median(np.diff(trace.time))) for trace, _ in contacts)
@@ -200,7 +230,10 @@ def _on_grid(trials: list[Trial], phases: list[ImpactPhase | None]) -> tuple[Arr
     for i, (trace, phase) in enumerate(contacts):
         held = grid <= ends[i]
         part = slice(phase.start, phase.stop)
-        force[held, i] = np.interp(grid[held], trace.time[part], trace.force[part])
+        readings = trace.force[part]
+        if phase.cut_off is not None:
+            readings = np.where(readings < phase.cut_off, readings, np.nan)
+        force[held, i] = np.interp(grid[held], trace.time[part], readings) - phase.offset
     return grid, force
 
 

@@ -1,13 +1,18 @@
 """What one trial shows by itself: its approach, its impact, its faults."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from acf_jax.dataset.faults import trace_faults
+from acf_jax.dataset.faults import cut_off, dropout, no_impact, stuck
 from acf_jax.dataset.noise import Approach, look_at_approach, quantisation_step
 from acf_jax.dataset.phase import ImpactPhase, find_impact
-from acf_jax.dataset.trials import Trial
+from acf_jax.dataset.trials import GapDataset, Trace, Trial
+from acf_jax.dataset.units import expected_peak
+
+LEAST = 6  # samples of an impact: a handful has no shape to judge
+DIFFERS = 1.1  # times the force of one condition, of another one: too much for peaks that are equal by chance
+CUT_OFF = "its force is cut off at"
 
 
 @dataclass(frozen=True)
@@ -20,7 +25,11 @@ class TrialQuality:
     sample_rate: float | None  # Hz
     quantisation: float  # N, step of the force readings; 0: none seen
     trigger_offset: float | None  # s, against the other trials; > 0: the impact comes late
-    faults: tuple[str, ...]  # why the trial is not to be trusted; empty for a healthy one
+    tells_nothing: bool = False  # whether there is nothing to compare: no impact, or a peak that is cut off
+    faults: tuple[str, ...] = ()  # why the trial is not to be trusted; empty for a healthy one
+    oddities: tuple[
+        str, ...
+    ] = ()  # what is strange about its shape: a fault unless its repeats have the same
 
 
 def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> TrialQuality:
@@ -31,14 +40,60 @@ def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> 
     """
     trace = trial.trace
     if trace is None:
-        return TrialQuality(trial.name, None, None, None, 0.0, None, ())
+        return TrialQuality(trial.name, None, None, None, 0.0, None)
     approach = look_at_approach(trace)
     own = approach.noise_std if approach else 0.0
     std = own if noise_std is None else noise_std
     offset = approach.offset if approach else 0.0
     phase = find_impact(trace, std, impact_time, offset)
     rate = 1.0 / float(np.median(np.diff(trace.time)))
-    faults = trace_faults(trial, phase, std, offset)
-    return TrialQuality(
-        trial.name, approach, phase, rate, quantisation_step(trace.force), None, tuple(faults)
+    found = TrialQuality(trial.name, approach, phase, rate, quantisation_step(trace.force), None)
+    if faults := no_impact(trial, phase):
+        return replace(found, tells_nothing=True, faults=tuple(faults))
+    assert phase is not None
+    if phase.stop - phase.start < LEAST:
+        return found
+    zeroed = Trace(trace.time, trace.force - offset)
+    sticking, falling = stuck(zeroed, phase, std), dropout(zeroed, phase, std)
+    return replace(
+        found,
+        phase=replace(phase, cut_off=phase.peak_force if cut_off(zeroed, phase, std) else None),
+        faults=(sticking,) if sticking else (),
+        oddities=(falling,) if falling else (),
     )
+
+
+def at_one_ceiling(dataset: GapDataset, trials: list[TrialQuality]) -> list[TrialQuality]:
+    """The trials that reach the reading at which several are cut off and none reads more: there the range ends for all.
+
+    A trial that is cut off below what another one reads is faulty: the range is the same for all.
+    """
+    cut = {i: t.phase for i, t in enumerate(trials) if t.phase and t.phase.cut_off is not None}
+    tops = {i: float(t.trace.force.max()) for i, t in enumerate(dataset.trials) if t.trace}
+    highest = max(tops.values(), default=0.0)
+    found = list(trials)
+    if sum(phase.cut_off == highest for phase in cut.values()) >= 2:
+        for i, t in enumerate(trials):
+            if t.phase and t.phase.peak_force == highest:
+                found[i] = replace(t, phase=replace(t.phase, cut_off=highest))
+    for i, phase in cut.items():
+        if phase.peak_force < highest:
+            fault = f"{CUT_OFF} {phase.peak_force:.4g} N, which other trials exceed (amplifier?)"
+            found[i] = replace(trials[i], faults=(*trials[i].faults, fault))
+    return _peaks_at_one_ceiling(dataset, found)
+
+
+def _peaks_at_one_ceiling(dataset: GapDataset, trials: list[TrialQuality]) -> list[TrialQuality]:
+    """Without traces: the largest peaks are the range's end where conditions that differ have them to the digit."""
+    peaks = {
+        i: t.peak_force for i, t in enumerate(dataset.trials) if t.trace is None and t.peak_force is not None
+    }
+    highest = max(peaks.values(), default=0.0)
+    at_it = [i for i, peak in peaks.items() if peak == highest]
+    expected = [expected_peak(dataset.rig, dataset.trials[i]) for i in at_it]
+    if len(at_it) < 3 or max(expected) < DIFFERS * min(expected):
+        return trials
+    fault = f"{CUT_OFF} {highest:.4g} N, as in {len(at_it) - 1} other trials: its peak is unknown (sensor's range?)"
+    return [
+        replace(t, tells_nothing=True, faults=(fault,)) if i in at_it else t for i, t in enumerate(trials)
+    ]

@@ -25,6 +25,15 @@ class ImpactPhase:
     missed_peak: float  # N, how far the force may rise between the samples about the peak
     impulse: float  # N s, over the phase, sensor offset removed
     impulse_ratio: float | None  # impulse after the crest over that before it, once contact is lost
+    offset: float = 0.0  # N, what the unloaded sensor reads
+    cut_off: float | None = (
+        None  # N, reading at which the force is cut off: a lower bound, as is the peak then
+    )
+
+    @property
+    def height(self) -> float:
+        """The peak above what the unloaded sensor reads, N."""
+        return self.peak_force - self.offset
 
 
 def find_impact(
@@ -78,6 +87,7 @@ def find_impact(
         missed_peak=missed_peak(force[start:stop], peak - start, noise_std),
         impulse=impulse,
         impulse_ratio=None if lost is None or before <= 0.0 else (impulse - before) / before,
+        offset=offset,
     )
 
 

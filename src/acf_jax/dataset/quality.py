@@ -1,13 +1,13 @@
 """Data quality: what a look at the trials says before anything is fitted."""
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from acf_jax.dataset.advice import named, noise_warnings, repeat_warnings, trial_warnings
-from acf_jax.dataset.consistency import compare
-from acf_jax.dataset.look import TrialQuality, assess
+from acf_jax.dataset.advice import damage, mended_lines, noise_warnings, stated_noise, trial_warnings
+from acf_jax.dataset.faulty import compared, exclude, suspects
+from acf_jax.dataset.look import TrialQuality, assess, at_one_ceiling
+from acf_jax.dataset.mend import mend
 from acf_jax.dataset.noise import (
     Noise,
     constant_approaches,
@@ -18,14 +18,19 @@ from acf_jax.dataset.noise import (
 from acf_jax.dataset.trials import GapDataset, Trace
 from acf_jax.errors import InputError
 
+NOISY = 4.0  # times the usual noise, beyond which a trial does not count in what is pooled
+
 
 @dataclass(frozen=True)
 class Quality:
     """Quality of a data set: noise, each trial, which trials to leave out, and warnings in plain words."""
 
+    dataset: GapDataset  # as it is compared, what can be mended is mended
     noise: Noise
     trials: tuple[TrialQuality, ...]
     excluded: dict[str, str]  # trial: reason
+    damaged: tuple[str, ...]  # trials that are compared although something is wrong with them
+    doubts: tuple[str, ...]  # those of the warnings, but for trials left out, that make the rest less sure
     warnings: tuple[str, ...]
 
     @property
@@ -39,37 +44,54 @@ def assess_dataset(dataset: GapDataset) -> Quality:
 
     Raises `InputError` when the noise is not stated and nothing tells it.
     """
+    mended = mend(dataset)
+    dataset = mended.dataset
     stated = dataset.measurement.force_noise_std_n
     typical = _typical_noise([t.trace for t in dataset.trials if t.trace]) if stated is None else stated
-    alone = [assess(trial, dataset.rig.impact_time, typical) for trial in dataset.trials]
-    alone = [_noisy(trial, alone) for trial in alone]
-    healthy = [i for i, trial in enumerate(alone) if not trial.faults]
-    spread = max(dataset.measurement.contact_velocity_rel_std, dataset.measurement.pretension_rel_std)
-    agreements = compare(
-        [dataset.trials[i] for i in healthy], [alone[i].phase for i in healthy], typical, spread
+    looks = [assess(trial, dataset.rig.impact_time, typical) for trial in dataset.trials]
+    looks = at_one_ceiling(dataset, looks)
+    suspected = suspects(mended, looks, typical)
+    looks, differing, shared = compared(dataset, looks, suspected, typical)
+    excluded, kept = exclude(looks, suspected | differing)
+    sound = _usual(
+        [
+            (trial.trace, look)
+            for trial, look in zip(dataset.trials, looks, strict=True)
+            if trial.trace and trial.name not in excluded
+        ]
     )
-    together = list(alone)
-    onsets = _onset_offsets(alone)
-    for i, agreement in zip(healthy, agreements, strict=True):
-        faults = (agreement.fault,) if agreement.fault else ()
-        offset = onsets[i] if agreement.trigger_offset is None else agreement.trigger_offset
-        together[i] = replace(alone[i], trigger_offset=offset, faults=faults)
-    excluded, shared = _exclude(together, dataset.conditions.values())
-    sound = [
-        (trial.trace, look)
-        for trial, look in zip(dataset.trials, together, strict=True)
-        if trial.trace and trial.name not in excluded
-    ]
     traces = [trace for trace, _ in sound]
     approach = fit_noise(traces, stated)
     least = _error_of_steps(sound)
     noise = _choose_noise(dataset, approach, sound, least)
     constant = zip(sound, constant_approaches(traces), strict=True)
     still = [look.name for (_, look), is_still in constant if is_still and look.approach]
-    of_noise = noise_warnings(dataset, noise, approach, still, least)
-    of_repeats = repeat_warnings(dataset, together, excluded, noise)
-    warnings = shared + of_noise + trial_warnings(together, excluded, noise) + of_repeats
-    return Quality(noise, tuple(together), excluded, tuple(warnings))
+    damaged = damage(dataset, looks, excluded, kept, shared, noise)
+    doubts = (*mended_lines(mended), *damaged, *stated_noise(stated, approach, least))
+    return Quality(
+        dataset=dataset,
+        noise=noise,
+        trials=tuple(looks),
+        excluded=excluded,
+        damaged=tuple(dict.fromkeys(name for names in damaged.values() for name in names)),
+        doubts=doubts,
+        warnings=(
+            *doubts,
+            *noise_warnings(dataset, noise, approach, still),
+            *trial_warnings(looks, excluded, noise),
+        ),
+    )
+
+
+def _usual(sound: list[tuple[Trace, TrialQuality]]) -> list[tuple[Trace, TrialQuality]]:
+    """The trials without those far noisier than most: what is pooled is not to rest on a few."""
+    stds = [look.approach.noise_std for _, look in sound if look.approach]
+    most = NOISY * float(np.median(stds)) if stds else 0.0
+    return [
+        (trace, look)
+        for trace, look in sound
+        if not look.approach or look.approach.noise_std <= most or not most
+    ]
 
 
 def _typical_noise(traces: list[Trace]) -> float:
@@ -79,55 +101,6 @@ def _typical_noise(traces: list[Trace]) -> float:
         return float(np.median(stds))
     rough = difference_noise(traces)
     return rough.std if rough else 0.0
-
-
-def _noisy(trial: TrialQuality, trials: list[TrialQuality]) -> TrialQuality:
-    """`trial` with a fault when its approach is far noisier than that of the others."""
-    stds = [t.approach.noise_std for t in trials if t.approach]
-    if not trial.approach or not trial.phase or len(stds) < 3 or trial.approach.samples < 8:
-        return trial
-    usual = float(np.median(stds))
-    std = trial.approach.noise_std
-    if std <= max(6.0 * usual, 0.03 * trial.phase.peak_force):
-        return trial
-    reason = (
-        f"its force before contact scatters by {std:.3g} N, in the other trials by {usual:.3g} N (cable?)"
-    )
-    return replace(trial, faults=(*trial.faults, reason))
-
-
-def _onset_offsets(trials: list[TrialQuality]) -> list[float | None]:
-    """By how much each trial's first clear sample comes late, s; None unless contact starts alike in most."""
-    onsets = np.array([t.phase.onset if t.phase else np.nan for t in trials])
-    if np.isfinite(onsets).sum() < 3:
-        return [None] * len(trials)
-    late = onsets - np.nanmedian(onsets)
-    steps = np.array([1.0 / t.sample_rate if t.sample_rate else np.nan for t in trials])
-    if np.mean(np.abs(late[np.isfinite(late)]) < 0.5 * steps[np.isfinite(late)]) < 0.8:
-        return [None] * len(trials)
-    return [float(x) if np.isfinite(x) else None for x in late]
-
-
-def _exclude(
-    trials: list[TrialQuality], conditions: Iterable[Sequence[int]]
-) -> tuple[dict[str, str], list[str]]:
-    """The faulty trials with their reasons; what many share, or all of one condition, is the rig, and a warning."""
-    faulty = {trial.name: "; ".join(trial.faults) for trial in trials if trial.faults}
-    if len(faulty) > max(1, len(trials) // 4) or len(trials) - len(faulty) < 3:
-        examples = "; ".join(f"{name}: {reason}" for name, reason in list(faulty.items())[:3])
-        return {}, [
-            f"{len(faulty)} of {len(trials)} trials look faulty, too many to leave out: all are kept"
-            f" (for example {examples}); check sensor, cable and labels"
-        ]
-    warnings = []
-    for group in conditions:
-        names = [trials[i].name for i in group]
-        if len(group) > 1 and all(name in faulty for name in names):
-            reasons = [faulty.pop(name) for name in names]
-            warnings.append(
-                f"all trials of one condition look faulty and are kept, as they agree ({named(names)}: {reasons[0]})"
-            )
-    return faulty, warnings
 
 
 def _choose_noise(
@@ -171,13 +144,13 @@ def _differences(approach: Noise | None, sound: list[tuple[Trace, TrialQuality]]
 def _repeats(dataset: GapDataset) -> Noise | None:
     """Noise from the scatter of peaks that repeat a condition; None where there are too few."""
     groups = [[dataset.trials[i].peak_force for i in group] for group in dataset.conditions.values()]
-    known = [[peak for peak in group if peak is not None] for group in groups]
-    spreads = [(len(group) - 1, float(np.var(group, ddof=1))) for group in known if len(group) > 1]
-    count = sum(n for n, _ in spreads)
+    known = [np.array([peak for peak in group if peak is not None]) for group in groups]
+    away = [(g - g.mean()) * (g.size / (g.size - 1)) ** 0.5 for g in known if g.size > 1]
+    count = sum(g.size - 1 for g in away)
     if count < 3:
         return None
-    std = (sum(n * v for n, v in spreads) / count) ** 0.5
-    return Noise(std, samples=count + len(spreads), source="repeats")
+    std = float(np.quantile(np.abs(np.concatenate(away)), 0.683))  # whatever a wrong label is off by
+    return Noise(std, samples=count + len(away), source="repeats")
 
 
 def _assumed(dataset: GapDataset) -> Noise:

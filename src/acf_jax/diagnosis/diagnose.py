@@ -7,14 +7,14 @@ import numpy as np
 
 from acf_jax.dataset import GapDataset, Quality, assess_dataset
 from acf_jax.dataset.noise import approach_samples
-from acf_jax.diagnosis import separate
+from acf_jax.diagnosis import claims, damage, separate
 from acf_jax.diagnosis.colour import recoloured
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.fit import Fit, fit
 from acf_jax.diagnosis.observe import Observations, observe
 from acf_jax.diagnosis.optimism import optimism
 from acf_jax.diagnosis.outliers import outliers
-from acf_jax.diagnosis.peaks import same_peaks
+from acf_jax.diagnosis.peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.score import (
     UNKNOWN,
     Evidence,
@@ -33,7 +33,15 @@ from acf_jax.diagnosis.shrinkage import Shrinkage, form_of, peak_shrinkage
 from acf_jax.diagnosis.space import Explanation, begin, parameters
 from acf_jax.diagnosis.trigger import with_scatter
 from acf_jax.diagnosis.unseen import Unseen
-from acf_jax.diagnosis.validate import GapFigures, HeldOut, figures, hold_out
+from acf_jax.diagnosis.validate import (
+    FORM_MOST,
+    FORM_UNKNOWN,
+    GapFigures,
+    HeldOut,
+    figures,
+    form_error,
+    hold_out,
+)
 from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.volume import volumes
 from acf_jax.diagnosis.where import GapMap, gap_map
@@ -65,6 +73,8 @@ class Diagnosis:
     gap_map: GapMap
     gap: dict[str, GapFigures]
     noise_floor_rms_n: float | None
+    comparison: claims.Comparison | None  # of corrected and recalibrated model; None where they are the same
+    form_error: dict[str, float]  # relative, of peaks on unseen conditions, by model
     shrinkage_force: Shrinkage | None
     shrinkage_peak: Shrinkage | None
     fits: tuple[Fit, ...]  # the paper's model first, the others most probable first
@@ -75,6 +85,7 @@ class Diagnosis:
     held: dict[str, HeldOut]
     next_experiment: Experiment | None
     excluded: dict[str, str]
+    highest: float  # above which no probability is stated, since data are damaged; 1: none is
     warnings: tuple[str, ...] = field(default=())
 
 
@@ -100,7 +111,7 @@ def diagnose(
         )
     progress("looking at the data")
     quality = assess_dataset(dataset)
-    observations = with_scatter(observe(dataset, quality))
+    observations = with_scatter(observe(quality))
     excluded = dict(quality.excluded)
     for trial in dataset.trials:
         if trial.name not in observations.names:
@@ -114,7 +125,7 @@ def diagnose(
         observations = with_scatter(observations.subset(kept))
         recalibrated, fits = fit_all(observations, effects, progress)
     progress("asking what the noise is like")
-    traces = [t.trace for t in dataset.trials if t.trace and t.name in observations.names]
+    traces = [t.trace for t in quality.dataset.trials if t.trace and t.name in observations.names]
     observations, fits = recoloured(observations, [recalibrated, *fits], list(map(approach_samples, traces)))
     recalibrated = fits[0]
     evidence = _evidence(observations, fits)
@@ -124,7 +135,7 @@ def diagnose(
     corrected = _corrected(fits, probability, scored[0].explanation)
 
     progress("holding out one condition after the other")
-    measured = _measured_peaks(dataset, quality, observations)
+    measured = measured_peaks(quality, observations)
     nominal = _unfitted(observations)
     unseen = Unseen(observations, measured, recalibrated, corrected, seed)
     shrinkage = unseen.shrinkage(corrected, scored[0].probability)
@@ -133,6 +144,9 @@ def diagnose(
         credible = credible_set(scored)
         corrected = _corrected(fits, probability, scored[0].explanation)
         shrinkage = unseen.shrinkage(corrected, scored[0].probability)
+    highest = damage.highest_probability(quality, observations.names)
+    scored = damage.tempered(scored, highest)
+    credible = credible_set(scored)
     probability = of_each_fit(fits, probability, scored)
     held = {
         "nominal": hold_out(observations, nominal, measured, unseen.scattered, refit=False),
@@ -148,8 +162,19 @@ def diagnose(
     pairs = separate.confusable(observations, leader, _rivals(fits, leader)) if leader.explanation else []
     harmless = same_peaks(observations, recalibrated, [f for f in fits if stands(f, credible)])
     verdict = judge(scored, credible, pairs, detectability, observations, harmless)
-    no_gap = verdict == "no_gap"
     floor = _floor(observations, held["corrected"])
+    gap = {
+        name: figures(observations, value)
+        if unseen.exists or name == "nominal"
+        else GapFigures(None, None, None)
+        for name, value in held.items()
+    }
+    comparison = None
+    if corrected is not recalibrated:
+        own = hold_out(observations, corrected, measured, unseen.scattered, refit=False)
+        comparison = claims.compare(gap["recalibrated"], gap["corrected"], figures(observations, own))
+    is_stated = comparison is not None and comparison.is_better and verdict != "no_gap"
+    form = {name: form_error(held[name], observations.noise.std) for name in ("recalibrated", "corrected")}
     return Diagnosis(
         dataset=dataset,
         quality=quality,
@@ -162,22 +187,14 @@ def diagnose(
         absorbed={d.effect: d.absorbed for d in detectability},
         detectability=detectability,
         gap_map=gap_map(observations, recalibrated, held["recalibrated"]),
-        gap={
-            name: figures(observations, value)
-            if unseen.exists or name == "nominal"
-            else GapFigures(None, None, None)
-            for name, value in held.items()
-        },
+        gap=gap,
         noise_floor_rms_n=floor,
-        shrinkage_force=None if no_gap else shrinkage,
-        shrinkage_peak=None
-        if no_gap or not unseen.exists
-        else peak_shrinkage(
-            (held["recalibrated"], held["corrected"]),
-            observations.condition,
-            form_of(corrected, scored[0].probability),
-            seed,
-        ),
+        comparison=comparison,
+        form_error=form,
+        shrinkage_force=claims.agreeing(shrinkage, gap["recalibrated"], gap["corrected"], floor)
+        if is_stated
+        else None,
+        shrinkage_peak=_peak_shrinkage(unseen, held, corrected, scored[0].probability) if is_stated else None,
         fits=tuple(fits),
         probability=tuple(float(p) for p in probability),
         evidence=tuple(evidence),
@@ -186,7 +203,14 @@ def diagnose(
         held=held,
         next_experiment=_next(observations, fits, probability, credible),
         excluded=excluded,
-        warnings=(*quality.warnings, *_warnings(corrected), *([] if unseen.exists else [ONE_CONDITION])),
+        highest=highest,
+        warnings=(
+            *quality.warnings,
+            *damage.statements(quality, observations.names, highest),
+            *_of_model(comparison, form["corrected"]),
+            *_of_bounds(corrected),
+            *([] if unseen.exists else [ONE_CONDITION]),
+        ),
     )
 
 
@@ -226,16 +250,6 @@ def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:
     ]
 
 
-def _measured_peaks(dataset: GapDataset, quality: Quality, observations: Observations) -> np.ndarray:
-    """The largest sample within the impact phase of each trial, N, what an unloaded sensor reads taken off."""
-    by_name = {t.name: (t, q) for t, q in zip(dataset.trials, quality.trials, strict=True)}
-    peaks = []
-    for name in observations.names:
-        trial, look = by_name[name]
-        peaks.append(look.phase.peak_force - quality.noise.offset if look.phase else trial.peak_force)
-    return np.array(peaks, float)
-
-
 def _floor(observations: Observations, held: HeldOut) -> float | None:
     used = observations.traced
     return float(np.sqrt(held.floor[used].mean())) if used.any() else None
@@ -252,7 +266,26 @@ def _next(
     return propose(observations, standing[0], standing[1])
 
 
-def _warnings(corrected: Fit) -> list[str]:
+def _peak_shrinkage(
+    unseen: Unseen, held: dict[str, HeldOut], corrected: Fit, probability: float
+) -> Shrinkage | None:
+    """How far the error of the peak shrinks; None where it does not."""
+    form = form_of(corrected, probability)
+    both = held["recalibrated"], held["corrected"]
+    found = peak_shrinkage(both, unseen.observations.condition, form, unseen.seed)
+    return found if found and found.value > 0 else None
+
+
+def _of_model(comparison: claims.Comparison | None, form: float) -> list[str]:
+    found = [comparison.statement] if comparison and not comparison.is_better else []
+    if form == FORM_MOST:
+        found.append(f"peaks on unseen conditions are missed by {FORM_MOST:g} times their size and more")
+    if form == FORM_UNKNOWN:
+        found.append("no trial tells a peak: how far predicted peaks are off is unknown, and taken as 100 %")
+    return found
+
+
+def _of_bounds(corrected: Fit) -> list[str]:
     names = [name for name, _ in parameters(corrected.explanation)]
     return [
         f"{name} ended at its bound ({value:.4g}): its value is not determined by these trials"

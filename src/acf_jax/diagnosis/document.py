@@ -49,6 +49,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
             },
             "noise_floor_rms_n": _round(d.noise_floor_rms_n),
         },
+        "corrected_is_better": None if d.comparison is None else d.comparison.is_better,
         "shrinkage": {"force": _shrinkage(d.shrinkage_force), "peak": _shrinkage(d.shrinkage_peak)},
         "parameters": fitted_parameters(d.corrected),
         "absorbed": {name: _round(share) for name, share in d.absorbed.items()},
@@ -104,7 +105,9 @@ def _union(effects: tuple[Explanation, Explanation]) -> list[str]:
 
 
 def _shrinkage(s: Shrinkage | None) -> dict[str, Any] | None:
-    return None if s is None else {"value": _round(s.value), "ci95": [_round(s.ci95[0]), _round(s.ci95[1])]}
+    if s is None or not np.isfinite([s.value, *s.ci95]).all():
+        return None
+    return {"value": _round(s.value), "ci95": [_round(s.ci95[0]), _round(s.ci95[1])]}
 
 
 def _experiment(d: Diagnosis) -> dict[str, Any] | None:

@@ -10,20 +10,20 @@ from scipy.spatial import ConvexHull, QhullError
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.fit import Fit
+from acf_jax.diagnosis.observe import LONGEST_INTERVAL, SHORTEST_INTERVAL
 from acf_jax.diagnosis.score import UNKNOWN, is_port
-from acf_jax.diagnosis.space import delays, every_effect, parameters
+from acf_jax.diagnosis.space import RIG_BOUNDS, delays, every_effect, parameters
+from acf_jax.diagnosis.validate import FORM_MOST
 from acf_jax.errors import InputError
 from acf_jax.files import read_json_mapping
 from acf_jax.forms import Part, check_form
 
 SCHEMA: Literal["acf-gap-model/1"] = "acf-gap-model/1"
-RIG_BOUNDS = (
-    (1e-3, 1e4),
-    (0.0, 1e7),
-    (0.0, 1e9),
-    (1.0, 1e11),
-)  # far beyond what a data set may state, SI units
 ROUNDING = 1e-6
+LONGEST_STEP_S = (
+    1.0  # of a simulation: a tenth of a radian of the slowest rig that a data set may state is 0.02 s
+)
+Which = Literal["nominal", "recalibrated", "corrected"]
 Verdict = Literal["no_gap", "identified", "ambiguous", "unknown", "insufficient_data"]
 LATEST_S = 0.01  # a reading is late by at most this, or early
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
@@ -62,11 +62,9 @@ class GapModel(Part):
     recalibrated: Variant
     corrected: Variant
     alternatives: tuple[Variant, ...]  # explanations still standing beside the corrected model
-    peak_form_error: float = Field(
-        ge=0, le=10
-    )  # relative, of predicted peaks on unseen conditions beyond noise
-    step_s: float = Field(gt=0, le=0.01)  # of the integration
-    sample_rate_hz: float = Field(ge=1, le=1e7)
+    peak_form_error: float = Field(ge=0, le=FORM_MOST)  # relative, of peaks on unseen conditions beyond noise
+    step_s: float = Field(gt=0, le=LONGEST_STEP_S)  # of the integration
+    sample_rate_hz: float = Field(ge=1 / LONGEST_INTERVAL, le=1 / SHORTEST_INTERVAL)
     v_range: Between  # m/s, contact velocities of the trials
     f_p_range: Between  # N, pretensions of the trials
     verdict: Verdict | None = None  # of the diagnosis; files of earlier versions have none
@@ -75,6 +73,21 @@ class GapModel(Part):
     shown_closer: bool | None = (
         None  # corrected than recalibrated, by what was held out; earlier versions: none
     )
+    better: bool | None = (
+        None  # than the recalibrated model, by the figures on unseen conditions; None: not asked
+    )
+    recalibrated_form_error: float = Field(default=0.0, ge=0, le=FORM_MOST)  # as `peak_form_error`
+
+    @property
+    def preferred(self) -> Which:
+        """The model that answers where none is asked for: the corrected one unless it is known to be no better."""
+        return "recalibrated" if self.better is False else "corrected"
+
+    def form_error(self, which: Which) -> float:
+        """Relative standard deviation of a peak on unseen conditions beyond noise: what the law itself misses."""
+        return {"corrected": self.peak_form_error, "recalibrated": self.recalibrated_form_error}.get(
+            which, 0.0
+        )
 
 
 def variant(fitted: Fit, probability: float) -> Variant:
@@ -105,10 +118,6 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         and (f.explanation in d.credible or (is_port(f.explanation) and unknown_stands))
     ]
     o = d.observations
-    held = d.held["corrected"]
-    relative = held.peak / held.measured_peak - 1
-    noise = o.noise.std / held.measured_peak
-    form = float(np.sqrt(max(0.0, np.median(relative**2) / 0.455 - np.median(noise**2))))
     return GapModel(
         schema=SCHEMA,
         description=d.dataset.description,
@@ -116,7 +125,7 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         recalibrated=variant(d.fits[0], of[()]),
         corrected=variant(d.corrected, of[d.corrected.explanation]),
         alternatives=tuple(variant(f, of[f.explanation]) for f in standing),
-        peak_form_error=form,
+        peak_form_error=d.form_error["corrected"],
         step_s=min(f.grid.h for f in (d.corrected, *standing)),
         sample_rate_hz=float(1 / np.median(o.intervals)) if o.intervals.size else 10e3,
         v_range=(float(o.v_e.min()), float(o.v_e.max())),
@@ -125,6 +134,8 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         rel_std=o.rel_std,
         verdict=cast(Verdict, d.verdict),
         shown_closer=_shown_closer(d),
+        better=None if d.comparison is None else d.comparison.is_better,
+        recalibrated_form_error=d.form_error["recalibrated"],
     )
 
 

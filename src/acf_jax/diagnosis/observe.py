@@ -10,7 +10,7 @@ from acf_jax.dataset import GapDataset, Noise, Quality, RigPrior, Trial, TrialQu
 from acf_jax.diagnosis.forward import SAMPLES, step_for
 from acf_jax.diagnosis.space import Measures
 from acf_jax.diagnosis.whiten import Whitener
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, shown
 
 LEAST_TRIALS = 3
 AT_LEAST, AT_MOST = 24.0, 45.0  # of a trace that is compared, in units of 1/omega: four to seven periods
@@ -18,6 +18,7 @@ ONSET = (
     0.9  # samples nearer to first contact than this share of the interval are left out: the jump falls there
 )
 TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the common one, in sampling intervals
+SHORTEST_INTERVAL, LONGEST_INTERVAL = 1e-7, 10.0  # s, between samples: beyond, time is in another unit
 SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
@@ -95,13 +96,15 @@ class _Row(NamedTuple):
     peak_only: bool
 
 
-def observe(dataset: GapDataset, quality: Quality) -> Observations:
+def observe(quality: Quality) -> Observations:
     """What of a data set is compared: the impact phase of each sound trial, or its peak where there is no trace.
 
-    Left out is a trial of which neither can be: its trace shows no impact, or nothing behind first contact.
+    Left out is a trial of which neither can be: its trace shows no impact, or nothing behind first contact; and of a
+    trial whose force is cut off the readings that are.
 
     **Raises:** `InputError` when fewer than three trials show an impact.
     """
+    dataset = quality.dataset
     numbers = {condition: k for k, condition in enumerate(dataset.conditions)}
     longest = compared_time(dataset.rig)
     looks = [(dataset.trials[i], quality.trials[i]) for i in quality.used]
@@ -113,6 +116,7 @@ def observe(dataset: GapDataset, quality: Quality) -> Observations:
             f"{dataset.folder / 'trials.csv'}: only {len(trials)} trials show an impact, {LEAST_TRIALS} are needed:"
             " check that time 0 is first contact, that traces go on behind it, and that force is positive in contact"
         )
+    _check(dataset, trials, rows)
     n = max(len(row.time) for row in rows)
     largest = max(float(row.force.max()) for row in rows)
 
@@ -135,6 +139,29 @@ def observe(dataset: GapDataset, quality: Quality) -> Observations:
     )
 
 
+def _check(dataset: GapDataset, trials: list[Trial], rows: list[_Row]) -> None:
+    """What can neither be simulated nor written, as a data set built from arrays may hold it: `InputError`."""
+    faults = []
+    for trial, row in zip(trials, rows, strict=True):
+        where = f"{dataset.folder / 'trials.csv'}: trial {shown(trial.name)}"
+        if not (0 < trial.contact_velocity < np.inf and 0 <= trial.pretension < np.inf):
+            faults.append(
+                f"{where}: needs a velocity above 0 m/s and a pretension of 0 N or more; correct it"
+            )
+        if not row.peak_only and not SHORTEST_INTERVAL <= row.interval <= LONGEST_INTERVAL:
+            faults.append(
+                f"{where}: its samples are {row.interval:.3g} s apart, not {SHORTEST_INTERVAL:g} to"
+                f" {LONGEST_INTERVAL:g} s; give time_s in seconds"
+            )
+    spreads = dataset.measurement.contact_velocity_rel_std, dataset.measurement.pretension_rel_std
+    if not all(0 <= spread <= 1 for spread in spreads):
+        faults.append(
+            f"{dataset.folder / 'dataset.yaml'}: measurement: a relative spread is a share from 0 to 1"
+        )
+    if faults:
+        raise InputError(faults)
+
+
 def compared_time(rig: RigPrior) -> float:
     """How long after first contact a trace is compared, s: seven periods, where the simulation's steps reach so far.
 
@@ -155,4 +182,6 @@ def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Ro
     # a late trigger leaves samples of no force behind time 0: comparison begins where force does
     begin = max(ONSET * interval, look.phase.onset - late - 0.5 * interval)
     used = (time > begin) & (time < longest)
+    if look.phase.cut_off is not None:
+        used &= trial.trace.force[part] < look.phase.cut_off
     return _Row(time[used], force[used], interval, False)

@@ -1,13 +1,33 @@
-"""Peaks that fits predict at the tried conditions, and whether two explanations mean the same for them."""
+"""Peaks as measured, as fits predict them, and whether two explanations mean the same for them."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from acf_jax.dataset import Quality
 from acf_jax.diagnosis.fit import Fit
 from acf_jax.diagnosis.forward import forward
 from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.sample import at_times, peak_of
+
+
+def measured_peaks(quality: Quality, observations: Observations) -> np.ndarray:
+    """(trials,) the largest sample within the impact phase of each, N, what an unloaded sensor reads taken off.
+
+    Not known, nan, where the force is cut off, unless trials.csv has a higher peak.
+    """
+    by_name = {t.name: (t, q) for t, q in zip(quality.dataset.trials, quality.trials, strict=True)}
+    peaks = []
+    for name in observations.names:
+        trial, look = by_name[name]
+        if look.phase is None:
+            peaks.append(trial.peak_force)
+        elif look.phase.cut_off is None:
+            peaks.append(look.phase.peak_force - quality.noise.offset)
+        else:
+            stated = trial.peak_force or 0.0
+            peaks.append(stated - quality.noise.offset if stated > look.phase.cut_off else np.nan)
+    return np.array(peaks, float)
 
 
 def peaks_of(observations: Observations, fitted: Fit) -> tuple[np.ndarray, np.ndarray]:

@@ -2,19 +2,18 @@
 
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from acf_jax.diagnosis.forward import SAMPLES, Forces, Grid, forward, reach_of, step_for
-from acf_jax.diagnosis.model_file import GapModel, Variant
+from acf_jax.diagnosis.model_file import GapModel, Variant, Which
 from acf_jax.diagnosis.sample import at_times, peak_of, phase_end
 from acf_jax.diagnosis.space import RIG, component_of, parameters
 
 LONGEST = 0.060  # s, of a predicted trace whose contact is not lost
 DIVERGED = 10.0  # times the largest force that the trials tried a free curve with,
 BROKEN_DOWN = 1e6  # and N in any case
-Which = Literal["nominal", "recalibrated", "corrected"]
 
 
 @dataclass(frozen=True)
@@ -39,19 +38,21 @@ def predict(
     model: GapModel,
     v_e: np.ndarray,
     f_p: np.ndarray,
-    which: Which = "corrected",
+    which: Which | None = None,
     sample_rate: float | None = None,
 ) -> list[Prediction]:
     """Forces of impacts at the given conditions.
 
     **Arguments:** `v_e`, `f_p`: (trials,), m/s and N. `which`: the paper's model at the rig's prior values, refitted,
-    or with the effects found. `sample_rate`: Hz, the data set's by default.
+    or with the effects found; by default the last, unless it is known to be no better than the refitted one.
+    `sample_rate`: Hz, the data set's by default.
 
     The standard deviation of a peak holds the uncertainty of the parameters, the spread between the explanations that
     still stand, and what the model missed on conditions that its fit did not see.
 
     **Returns:** one `Prediction` a trial.
     """
+    which = which or model.preferred
     main: Variant = getattr(model, which)
     rate = sample_rate or model.sample_rate_hz
     others = model.alternatives if which == "corrected" else ()
@@ -152,7 +153,7 @@ def _one(
     sound = sound / max(sound.sum(), 1e-9)
     between = sound @ (peaks - sound @ peaks) ** 2
     own, own_contact = _variance(runs[0], i, read[top]), _variance(at_contact, i, tops[0][1][1])
-    form = model.peak_form_error if which == "corrected" else 0.0
+    form = model.form_error(which)
     sensed_peak, contact_peak = float(force[top]), tops[0][1][0]
     return Prediction(
         time=time,

@@ -221,10 +221,10 @@ def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:
     for fitted, p in zip(fits, probability, strict=True):
         name = UNKNOWN if is_port(fitted.explanation) else fitted.explanation
         total[name] = total.get(name, 0.0) + float(p)
-    return _ranked(total)
+    return ranked(total)
 
 
-def _ranked(total: dict[Explanation, float]) -> list[Scored]:
+def ranked(total: dict[Explanation, float]) -> list[Scored]:
     """Most probable first, none above `HIGHEST`."""
     names, p = list(total), np.array(list(total.values()))
     return sorted(map(Scored, names, capped(p).tolist()), key=lambda s: (-s.probability, s.explanation))
@@ -262,7 +262,7 @@ def doubt(scored: Sequence[Scored], shrinkage: float) -> list[Scored]:
     total = {s.explanation: s.probability for s in scored}
     total[first.explanation] *= kept
     total[UNKNOWN] = total.get(UNKNOWN, 0.0) + first.probability - total[first.explanation]
-    return _ranked(total)
+    return ranked(total)
 
 
 def of_each_fit(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[Scored]) -> np.ndarray:

@@ -151,8 +151,10 @@ def peak_shrinkage(
 
     The interval is a bootstrap over conditions, widened.
     """
-    squares = [(h.peak / h.measured_peak - 1) ** 2 for h in held]
-    groups, by_group = _by_condition(condition, squares)
+    known = np.isfinite(held[0].peak_error)
+    if not known.any():
+        return None
+    groups, by_group = _by_condition(condition[known], [h.peak_error[known] ** 2 for h in held])
 
     def shrink(total: np.ndarray) -> np.ndarray:
         gap = total[..., 0]

@@ -19,6 +19,12 @@ RIG = (
 LEAST_SHARE = np.array(
     [0.05, 0.0, 0.0, 0.02]
 )  # of a rig parameter's prior value: mass and contact never vanish
+RIG_BOUNDS = (
+    (1e-3, 1e4),
+    (0.0, 1e7),
+    (0.0, 1e9),
+    (1.0, 1e11),
+)  # far beyond what a data set may state, SI units
 ROUNDING = 1e-12
 COMMON = (
     2  # parameters that every explanation ends with: the sensor's zero, N, and the delay of all triggers, s
@@ -80,7 +86,14 @@ def coordinates(
     """Priors and bounds of the rig's parameters, an explanation's, and of what all trials share (`COMMON`)."""
     value, std = prior.values, prior.stds
     rows = [
-        (value[i], std[i], False, (LEAST_SHARE[i] - 1) * value[i] / std[i], np.inf) for i in range(len(RIG))
+        (
+            value[i],
+            std[i],
+            False,
+            (LEAST_SHARE[i] - 1) * value[i] / std[i],
+            (RIG_BOUNDS[i][1] - value[i]) / std[i],
+        )
+        for i in range(len(RIG))
     ]
     for _, p in parameters(explanation)[len(RIG) :]:
         if p.shape:

@@ -10,6 +10,9 @@ from acf_jax.diagnosis.whiten import Whitener
 
 SIZES = np.geomspace(0.02, TRIGGER, 33)  # that are tried, in sampling intervals
 ALLOWED = 2.0  # log likelihood by which the size taken is worse than the best: twice its standard deviation
+UNLIKE = (
+    4.0  # mean square of what no trigger explains, over the noise's: such repeats tell nothing of triggers
+)
 SAME = 0.01  # of an interval, to which repeats have to be sampled alike
 
 
@@ -34,7 +37,7 @@ def trigger_scatter(observations: Observations) -> float:
 
 
 def _log_likelihood(o: Observations, trials: np.ndarray) -> np.ndarray:
-    """(len(SIZES),) of the differences between trials of one condition; zeros where they are sampled differently."""
+    """(len(SIZES),) of the differences between trials of one condition; zeros where these cannot be compared."""
     samples = o.used[trials].all(0)
     time = o.time[trials][:, samples]
     interval = float(o.interval[trials[0]])
@@ -58,5 +61,7 @@ def _log_likelihood(o: Observations, trials: np.ndarray) -> np.ndarray:
         inner = np.eye(len(scaled)) + scaled @ scaled.T
         seen = differences @ scaled.T
         explained = np.einsum("ka,ak->", seen, np.linalg.solve(inner, seen.T))
+        left = float((differences**2).sum()) - explained
         value.append(0.5 * (explained - len(differences) * np.linalg.slogdet(inner)[1]))
-    return np.array(value)
+    # with the largest scatter, which explains most
+    return np.array(value) if left < UNLIKE * differences.size else np.zeros(len(SIZES))

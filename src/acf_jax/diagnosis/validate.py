@@ -16,6 +16,9 @@ TIMING, LATEST = (
     2,
     3.0,
 )  # the nuisance that is the trigger time, and its farthest, in prior standard deviations
+FORM_MOST = 10.0  # a law that misses more says nothing of a peak
+FORM_UNKNOWN = 1.0  # nothing is known of the peaks: they may be twice as high
+CHI_SQUARE_MEDIAN = 0.455  # of one degree of freedom
 DRAWS = 64  # of noise, for the expected largest reading
 
 
@@ -26,7 +29,12 @@ class HeldOut:
     residual: np.ndarray  # (trials, n) N, measured minus predicted, zero where unused
     floor: np.ndarray  # (trials, n) N^2, variance that no model can predict: noise and trial-to-trial spread
     peak: np.ndarray  # (trials,) N, largest reading as predicted, what noise adds to it included
-    measured_peak: np.ndarray  # (trials,) N
+    measured_peak: np.ndarray  # (trials,) N, nan where it is not known: the force is cut off
+
+    @property
+    def peak_error(self) -> np.ndarray:
+        """(trials,) relative error of the predicted peak, nan where the measured one is not known."""
+        return self.peak / np.where(self.measured_peak > 0, self.measured_peak, np.nan) - 1
 
     @property
     def excess(self) -> np.ndarray:
@@ -109,7 +117,7 @@ class GapFigures:
     """One row of the gap."""
 
     force_rms_n: float | None  # None without traces,
-    peak_rms_percent: float | None  # or where all trials have one condition
+    peak_rms_percent: float | None  # without peaks, or where all trials have one condition
     peak_max_percent: float | None
 
 
@@ -117,5 +125,21 @@ def figures(observations: Observations, held: HeldOut) -> GapFigures:
     """Root mean square error of force over all compared samples, and error of the peak."""
     used = observations.traced
     force = float(np.sqrt((held.residual[used] ** 2).mean())) if used.any() else None
-    relative = 100 * (held.peak / held.measured_peak - 1)
+    relative = 100 * held.peak_error[np.isfinite(held.peak_error)]
+    if not relative.size:
+        return GapFigures(force, None, None)
     return GapFigures(force, float(np.sqrt((relative**2).mean())), float(np.abs(relative).max()))
+
+
+def form_error(held: HeldOut, noise_std: float) -> float:
+    """What the law itself misses of a peak on unseen conditions, as a relative standard deviation, beyond noise.
+
+    From the median, for one condition may be missed far more than others. `FORM_UNKNOWN` where no peak is known; at
+    most `FORM_MOST`.
+    """
+    known = np.isfinite(held.peak_error)
+    if not known.any():
+        return FORM_UNKNOWN
+    noise = noise_std / held.measured_peak[known]
+    squared = np.median(held.peak_error[known] ** 2) / CHI_SQUARE_MEDIAN - np.median(noise**2)
+    return float(np.sqrt(np.clip(squared, 0.0, FORM_MOST**2)))

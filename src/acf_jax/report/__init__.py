@@ -1,4 +1,5 @@
 """What a person reads of a diagnosis."""
 
+from acf_jax.report.words import doubts as doubts
 from acf_jax.report.words import sentence as sentence
 from acf_jax.report.write import write_report as write_report

@@ -58,12 +58,10 @@ MEASURES = {
 def unknown_cause(diagnosis: Diagnosis) -> Html | None:
     """The fitted discrepancy against what it may depend on; None where an unknown cause is not standing."""
     d = diagnosis
-    if UNKNOWN not in d.credible and d.scored[0].explanation != UNKNOWN:
+    at_ports = [(f, p) for f, p in zip(d.fits, d.probability, strict=True) if is_port(f.explanation)]
+    if not at_ports or (UNKNOWN not in d.credible and d.scored[0].explanation != UNKNOWN):
         return None
-    fitted, p = max(
-        ((f, p) for f, p in zip(d.fits, d.probability, strict=True) if is_port(f.explanation)),
-        key=lambda item: item[1],
-    )
+    fitted, p = max(at_ports, key=lambda item: item[1])
     component = component_of(fitted.explanation[0])
     o = d.observations
     first = [int(np.flatnonzero(o.condition == c)[0]) for c in np.unique(o.condition)]

@@ -53,7 +53,7 @@ def peak_errors(diagnosis: Diagnosis) -> Html | None:
     data = []
     for name in LINES:
         held = d.held[name]
-        relative = 100 * (held.peak / held.measured_peak - 1)
+        relative = 100 * held.peak_error
         data.append(
             {
                 "type": "scatter",
@@ -103,8 +103,10 @@ def in_words(content: dict[str, Any]) -> Html:
                 f" {percent(shrinkage['value'])} (95 % interval {percent(low)} to {percent(high)}){grows}."
             )
     if not sentences:
-        alone = gap["recalibrated"]["peak_rms_percent"] is None
+        alone = gap["recalibrated"]["force_rms_n"] is None and gap["recalibrated"]["peak_rms_percent"] is None
         why = "all trials have one condition, so none is unseen" if alone else "there is no gap to shrink"
+        if content["corrected_is_better"] is False and not alone:
+            why = "the corrected model is not better than the recalibrated one there"
         sentences = [f"No shrinkage is stated: {why}."]
     return join(
         [element("p", " ".join(sentences)), table("On conditions that the fit did not see", head, rows)]

@@ -6,8 +6,8 @@ import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.forward import BLOCK
-from acf_jax.diagnosis.model_file import gap_model
-from acf_jax.diagnosis.predict import Prediction, Which, predict
+from acf_jax.diagnosis.model_file import Which, gap_model
+from acf_jax.diagnosis.predict import Prediction, predict
 
 MODELS: tuple[Which, ...] = ("nominal", "recalibrated", "corrected")
 LEVELS = 4  # pretensions for which curves over velocity are drawn
@@ -26,7 +26,10 @@ class Curves:
 class Outlook:
     """Predictions at the condition of each trial, and over velocity at the tried pretensions."""
 
-    trials: dict[str, Prediction]  # corrected model
+    which: (
+        Which  # the model that is told: the corrected one, unless it is not better than the recalibrated one
+    )
+    trials: dict[str, Prediction]  # by that model
     curves: tuple[Curves, ...]
 
 
@@ -50,7 +53,7 @@ def outlook(diagnosis: Diagnosis) -> Outlook:
         Curves(float(level), v_grid, {which: _part(run, k, len(v_grid)) for which, run in runs.items()})
         for k, level in enumerate(levels)
     )
-    return Outlook({t.name: p for t, p in zip(trials, at_trials, strict=True)}, curves)
+    return Outlook(model.preferred, {t.name: p for t, p in zip(trials, at_trials, strict=True)}, curves)
 
 
 def _part(run: list[Prediction], k: int, n: int) -> list[Prediction]:

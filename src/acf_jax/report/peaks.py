@@ -3,34 +3,38 @@
 import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.model_file import Which
 from acf_jax.diagnosis.predict import Prediction
 from acf_jax.diagnosis.validate import largest_reading
 from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.outlook import Curves, Outlook
 from acf_jax.report.plot import CONTACT, LINES, Variant, axis, plain, plot, series
-from acf_jax.report.words import condition, percent
+from acf_jax.report.words import condition, headed, percent
 
 NOISE = "what noise adds to the largest sample of a trace"
 
 
 def over_velocity(diagnosis: Diagnosis, look: Outlook) -> Html:
     """Peak force over contact velocity with a choice of pretension, in N and against the nominal model."""
-    variants = [_variant(diagnosis, curves, relative) for relative in (False, True) for curves in look.curves]
+    which = look.which
+    variants = [
+        _variant(diagnosis, curves, which, relative) for relative in (False, True) for curves in look.curves
+    ]
     layout = {"xaxis": axis("contact velocity / (m/s)")}
     noisy = "" if diagnosis.observations.peak_only.all() else f" All but it hold {NOISE}."
     caption = (
-        "Corrected, sensed: what the sensor reads. Corrected, contact: what acts between robot and flange; judge safety"
-        f" by it.{noisy} The band is ± 2 standard deviations of the corrected contact peak. Between the tried"
-        " velocities the models interpolate."
+        f"{headed(which)}, sensed: what the sensor reads. {headed(which)}, contact: what acts between robot and flange;"
+        f" judge safety by it.{noisy} The band is ± 2 standard deviations of the {which} contact peak. Between the"
+        " tried velocities the models interpolate."
     )
     title = "Peak force over contact velocity"
     return plot("peaks", title, caption, variants, layout, 400, "Pretension", len(look.curves) // 2)
 
 
-def _variant(d: Diagnosis, curves: Curves, relative: bool) -> Variant:
+def _variant(d: Diagnosis, curves: Curves, which: Which, relative: bool) -> Variant:
     v = series(curves.v_e, 4)
     mode = "lines" if len(v) > 1 else "markers"
-    corrected = curves.by_model["corrected"]
+    told = curves.by_model[which]
     noise_std = 0.0 if d.observations.peak_only.all() else d.observations.noise.std
     sensed = {name: np.array([_reading(p, noise_std) for p in curves.by_model[name]]) for name in LINES}
     noise_free = np.array([p.peak_force for p in curves.by_model["nominal"]])
@@ -38,7 +42,7 @@ def _variant(d: Diagnosis, curves: Curves, relative: bool) -> Variant:
     def shown(force: np.ndarray, nominal: np.ndarray, at: np.ndarray = curves.v_e) -> list[float | None]:
         return series(100 * (force / np.interp(at, curves.v_e, nominal) - 1) if relative else force)
 
-    peak, std = (np.array([getattr(p, f"contact_peak_force{x}") for p in corrected]) for x in ("", "_std"))
+    peak, std = (np.array([getattr(p, f"contact_peak_force{x}") for p in told]) for x in ("", "_std"))
     band = {
         "x": [*v, *v[::-1]],
         "y": shown(peak + 2 * std, noise_free) + shown(np.maximum(peak - 2 * std, 0), noise_free)[::-1],
@@ -51,12 +55,14 @@ def _variant(d: Diagnosis, curves: Curves, relative: bool) -> Variant:
     }
     data = [band]
     for name, line in LINES.items():
-        label = "corrected, sensed" if name == "corrected" else name
+        if name == "corrected" != which:
+            continue  # no corrected peak is stated where it is no better
+        label = f"{which}, sensed" if name == which else name
         data.append(
             {"x": v, "y": shown(sensed[name], sensed["nominal"]), "mode": mode, "line": line, "name": label}
         )
     data.append(
-        {"x": v, "y": shown(peak, noise_free), "mode": mode, "line": CONTACT, "name": "corrected, contact"}
+        {"x": v, "y": shown(peak, noise_free), "mode": mode, "line": CONTACT, "name": f"{which}, contact"}
     )
     o = d.observations
     here = np.isclose(o.f_p, curves.f_p, rtol=0.02)
@@ -95,7 +101,7 @@ def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
         rows.append(
             (
                 condition(o.v_e[here[0]], o.f_p[here[0]]),
-                f"{measured[here].mean():.1f} N" + (f" (mean of {len(here)})" if len(here) > 1 else ""),
+                _mean(measured[here]),
                 f"{sensed:.1f} ± {at.peak_force_std:.1f} N",
                 f"{at.contact_peak_force:.1f} ± {at.contact_peak_force_std:.1f} N",
                 percent(round(_reads(at), 3) + 0.0, 1, signed=True),
@@ -103,9 +109,17 @@ def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
             )
         )
     head = ("Condition", "Measured", "Sensed", "At the contact", "Sensor reads", "Peak after")
-    said = "Corrected model, ± one standard deviation"
+    said = f"{headed(look.which)} model, ± one standard deviation"
     said += "" if o.peak_only.all() else f"; measured and sensed hold {NOISE}"
     return details("Peaks at each condition", table(said, head, rows))
+
+
+def _mean(peaks: np.ndarray) -> str:
+    """Measured peaks of one condition; those of a force that is cut off are not known."""
+    known = peaks[np.isfinite(peaks)]
+    if not known.size:
+        return "cut off"
+    return f"{known.mean():.1f} N" + (f" (mean of {known.size})" if known.size > 1 else "")
 
 
 def _reading(at: Prediction, noise_std: float) -> float:
@@ -126,6 +140,6 @@ def in_words(look: Outlook) -> Html:
     word = "low" if worst < 0 else "high"
     return element(
         "p",
-        f"In the corrected model the sensor reads the peak up to {100 * abs(worst):.1f} % too {word}: compare models"
+        f"In the {look.which} model the sensor reads the peak up to {100 * abs(worst):.1f} % too {word}: compare models"
         " with data by the sensed force, and judge safety by the contact force.",
     )

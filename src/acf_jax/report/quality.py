@@ -48,12 +48,13 @@ def overview(diagnosis: Diagnosis) -> Html:
         lines.append(f"Sampled at {si(rates[0], 3, 'Hz')}." if same else f"Sampled at {_range(rates, 'Hz')}.")
     phases = [x.phase for x in looks if x.phase]
     if phases:
-        missed = max(p.missed_peak / p.peak_force for p in phases if p.peak_force > 0)
+        whole = [p.missed_peak / p.height for p in phases if p.height > 0 and p.cut_off is None]
         lost, again = (
             sum(getattr(p, k) is not None for p in phases) for k in ("contact_lost", "second_contact")
         )
         ratios = [p.impulse_ratio for p in phases if p.impulse_ratio is not None]
-        lines.append(f"Sampling may have missed {max(0.1, 100 * missed):.1f} % of a peak at most.")
+        if whole:
+            lines.append(f"Sampling may have missed {max(0.1, 100 * max(whole)):.1f} % of a peak at most.")
         lines.append(
             f"Contact is lost within the trace in {lost} of {len(phases)} trials; a second contact follows in {again}."
         )
@@ -98,11 +99,12 @@ def _trials(d: Diagnosis) -> Html:
     for x in d.quality.trials:
         t, phase = commanded[x.name], x.phase
         peak = phase.peak_force if phase else t.peak_force
+        bound = "≥ " if phase and phase.cut_off is not None else ""
         rows.append(
             (
                 x.name + (" (left out)" if x.name in d.excluded else ""),
                 condition(t.contact_velocity, t.pretension),
-                _or_none(peak, lambda v: f"{v:.1f} N"),
+                bound + _or_none(peak, lambda v: f"{v:.1f} N"),
                 _or_none(phase.missed_peak if phase else None, lambda v: f"{v:.2f} N"),
                 _or_none(phase.impulse if phase else None, lambda v: f"{v:.3g} N s"),
                 _or_none(phase.contact_lost if phase else None, _milliseconds),

@@ -34,8 +34,10 @@ def summary(diagnosis: Diagnosis, content: dict[str, Any], look: Outlook) -> Htm
 
 
 def consequence(diagnosis: Diagnosis, look: Outlook) -> str:
-    """What the corrected model changes about the peak force and the speed that keeps it."""
+    """What the corrected model changes about the peak force and the speed that keeps it, where it is better."""
     d = diagnosis
+    if d.comparison and not d.comparison.tells_peak:
+        return ""
     curves = look.curves[len(look.curves) // 2]
     nominal, corrected = curves.by_model["nominal"][-1], curves.by_model["corrected"][-1]
     v, limit, force = float(curves.v_e[-1]), nominal.contact_peak_force, corrected.contact_peak_force

@@ -57,16 +57,17 @@ def _trial(d: Diagnosis, look: Outlook, i: int, gap: float) -> Variant:
         traces.append({**shared, "y": series(o.force[i, used] - residual)})
         traces.append({**shared, "y": series(residual, 4), "yaxis": "y2", "showlegend": False})
     at = look.trials[o.names[i]]
+    fitted = d.corrected if look.which == "corrected" else d.fits[0]
     inside = at.time <= o.time[i, used].max()
     # a sensor that only reads changes nothing at the contact: then the two forces are one curve
     apart = float(np.abs(at.force - at.contact_force)[inside].max()) > 1e-6 * at.peak_force
     traces.append(
         {
-            "x": series(1e3 * (at.time[inside] + d.corrected.common[1]), 4),
+            "x": series(1e3 * (at.time[inside] + fitted.common[1]), 4),
             "y": series(at.contact_force[inside]),
             "mode": "lines",
             "line": CONTACT,
-            "name": "contact force, corrected" if apart else "contact force (same as sensed)",
+            "name": f"contact force, {look.which}" if apart else "contact force (same as sensed)",
             "visible": True if apart else "legendonly",
         }
     )

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from acf_jax.diagnosis.damage import statements
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.score import UNKNOWN, Scored
 from acf_jax.diagnosis.space import Explanation, component_of, every_effect
@@ -32,6 +33,7 @@ LIKELIHOOD = (
     (0.01, "very unlikely"),
     (0.00, "exceptionally unlikely"),
 )
+SHOWN = 3  # reasons in one line
 LIKELY = 0.66  # as above: what is less so is said to be open
 
 
@@ -143,6 +145,8 @@ def _named(standing: Sequence[Scored]) -> str:
 def shrunk(diagnosis: Diagnosis) -> str:
     """How much of the gap the correction removes, of the force if there are traces, else of the peak."""
     d = diagnosis
+    if d.comparison and not d.comparison.is_better:
+        return f"{headed(d.comparison.statement)}."
     cause = "the most probable one" if d.verdict == "ambiguous" else "it"
     for shrinkage, what in ((d.shrinkage_force, "force"), (d.shrinkage_peak, "peak")):
         if shrinkage is not None and d.verdict in ("identified", "ambiguous", "unknown"):
@@ -152,3 +156,17 @@ def shrunk(diagnosis: Diagnosis) -> str:
                 f" fit did not see (95 % interval {low} to {high})."
             )
     return ""
+
+
+def doubts(diagnosis: Diagnosis) -> list[str]:
+    """What of the data should make a reader doubt the verdict, a line each."""
+    d = diagnosis
+    lines = []
+    if d.excluded:
+        count, of = len(d.excluded), len(d.dataset.trials)
+        reasons = [f"{name}: {why}" for name, why in list(d.excluded.items())[:SHOWN]]
+        more = f"; and {count - SHOWN} more" if count > SHOWN else ""
+        lines.append(
+            f"{count} of {of} trials {'are' if count > 1 else 'is'} left out ({'; '.join(reasons)}{more})"
+        )
+    return [*lines, *d.quality.doubts, *statements(d.quality, d.observations.names, d.highest)]

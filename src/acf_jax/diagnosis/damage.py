@@ -1,0 +1,47 @@
+"""What damage of the data takes from a verdict: no probability is stated that the damage may have made."""
+
+from collections.abc import Sequence
+
+from acf_jax.dataset import Quality
+from acf_jax.diagnosis.score import UNKNOWN, Scored, ranked
+
+EVEN = 0.5  # probability that a damaged trial shows its damage rather than the rig: nothing more is known
+AT_MOST = 0.99  # where there is any damage
+
+
+def highest_probability(quality: Quality, compared: Sequence[str]) -> float:
+    """The probability, at most, of a verdict on these trials: 1 where none of them is damaged.
+
+    A verdict rests on its trials in equal shares. What a damaged one shows is the rig or its damage, with even odds as
+    long as nothing else is known; so damage made the verdict with half of the damaged share, and no more than the rest
+    is its probability. Trials that are left out, and damage that is mended, take nothing from it.
+    """
+    share = len(set(quality.damaged) & set(compared)) / len(compared)
+    return min(AT_MOST, 1 - EVEN * share) if share else 1.0
+
+
+def tempered(scored: Sequence[Scored], highest: float) -> list[Scored]:
+    """The explanations, none above `highest`: what the first one loses goes to a cause outside the library.
+
+    Where that leads itself, to nothing unmodelled: then the damage is all there is.
+    """
+    first = scored[0]
+    if first.probability <= highest:
+        return list(scored)
+    total = {s.explanation: s.probability for s in scored}
+    other = () if first.explanation == UNKNOWN else UNKNOWN
+    total[first.explanation] = highest
+    total[other] = total.get(other, 0.0) + first.probability - highest
+    # at even odds another may be as probable: the first one stays first
+    return sorted(ranked(total), key=lambda s: s.explanation != first.explanation)
+
+
+def statements(quality: Quality, compared: Sequence[str], highest: float) -> list[str]:
+    """Why no verdict is surer, in words; nothing where no trial is damaged."""
+    if highest == 1.0:
+        return []
+    count = len(set(quality.damaged) & set(compared))
+    return [
+        f"no probability above {100 * highest:.0f} % is stated: {count} of the {len(compared)} trials compared are"
+        " damaged, and what one of these shows may as well be its damage"
+    ]
