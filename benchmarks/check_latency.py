@@ -20,6 +20,7 @@ import onnx
 import onnxruntime
 from onnx import helper, numpy_helper
 
+from acf_jax.contact.ending import OPEN, Ending
 from acf_jax.contact.read import of_rig
 from acf_jax.export import peak_header
 from acf_jax.export.c_header import c_header
@@ -158,7 +159,10 @@ def in_python(speeds: Sequence[float]) -> dict[str, list[float]]:
     """Peak, surrogate and check of the library itself."""
     model, surrogate = of_rig(RIG, STD), load_surrogate()
     quick, exact = Checker(model, surrogate), Checker(model)
-    asked = Situation("", read_limits().find("Sternum"), "quasi_static", 0.1, F_P, contact_area=2.0)
+    asked = Situation("", read_limits().find("Palm (dominant side)"), "transient", 0.1, F_P, contact_area=2.0)
+    stopped = Situation(
+        "", read_limits().find("Sternum"), "quasi_static", 0.1, F_P, 2.0, ending=Ending(stop_after=0.05)
+    )
     values = np.array([*RIG.values(), 0.0, F_P])
     peak = jax.jit(lambda z: find_peak(Rig(*z[:4]), Impact(z[4], z[5])).f_max)
     network = jax.jit(lambda z: surrogate.force(Rig(*z[:4]), Impact(z[4], z[5])))
@@ -173,9 +177,11 @@ def in_python(speeds: Sequence[float]) -> dict[str, list[float]]:
     calls: dict[str, Callable[[float], object]] = {
         "exact peak": lambda v: float(peak(at(v))),
         "surrogate": lambda v: float(network(at(v))),
-        "surrogate, proved bound, deviation": lambda v: certified(np.array([*at(v), 1e-5, 0.0])),
-        "check, the surrogate where it decides": lambda v: quick(asked._replace(v_e=v)),
-        "check, the exact model": lambda v: exact(asked._replace(v_e=v)),
+        "surrogate, proved bound, deviation": lambda v: certified(np.array([*at(v), 1e-5, 0.0, *OPEN])),
+        "check, the surrogate where it decides": lambda v: quick.judge(asked._replace(v_e=v)),
+        "check, the exact model": lambda v: exact.judge(asked._replace(v_e=v)),
+        "check, clamped with a stated stop": lambda v: quick.judge(stopped._replace(v_e=v)),
+        "check, the same simulated": lambda v: quick.whole(np.array([*at(v), 4e-5, 0.0, *stopped.ending])),
     }
     return {name: microseconds(call, speeds) for name, call in calls.items()}
 

@@ -13,6 +13,7 @@ from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from acf_jax.contact.ending import Ending
 from acf_jax.contact.read import of_rig
 from acf_jax.safety.check import Checker
 from acf_jax.safety.limits import read_limits
@@ -25,6 +26,7 @@ INK = "#1f2937"
 COLOURS = {"allowed": "#2f9e44", "not decidable": "#f08c00", "not allowed": "#d9480f"}
 AREAS = ("Palm (dominant side)", "Deltoid muscle", "Sternum", "Middle of shin")
 F_P, HIGHEST = 60.0, 1.5
+STOP = Ending(stop_after=0.05)
 
 
 def main() -> None:
@@ -37,8 +39,10 @@ def main() -> None:
     figure, panels = plt.subplots(1, 2, figsize=(10, 4.1), sharey=True, layout="constrained")
     for panel, contact in zip(panels, CONTACTS, strict=True):
         for row, name in enumerate(AREAS):
-            asked = Situation("", limits.find(name), contact, 0.0, F_P, moving_mass=21.7, payload=6.9)
-            answers = [checker(asked._replace(v_e=float(v))) for v in speeds]
+            asked = Situation(
+                "", limits.find(name), contact, 0.0, F_P, moving_mass=21.7, payload=6.9, ending=STOP
+            )
+            answers = [checker.judge(asked._replace(v_e=float(v))) for v in speeds]
             step = speeds[1] - speeds[0]
             for verdict, colour in COLOURS.items():
                 here = speeds[[a.verdict == verdict for a in answers]]

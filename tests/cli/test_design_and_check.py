@@ -48,7 +48,7 @@ def test_speed_is_the_papers_inverse(call):
     assert result.exit_code == 1 and f"{np.floor(v * 1e4) / 1e4:.4f} m/s" in result.output
     assert "none: pressing without speed takes 100 N already" in result.output
     kept = call("speed", "--model", CONFIGS / "table1_rig.yaml", "--f-p", "100", "--limit", "250")
-    assert kept.exit_code == 0 and kept.output.splitlines()[1].endswith("1.0000")
+    assert kept.exit_code == 0 and kept.output.splitlines()[1].endswith("1.0000    not within 1 s")
 
 
 def test_a_slower_contact_is_found_for_a_high_probability(call):
@@ -250,9 +250,20 @@ def test_check_with_a_corrected_model_and_own_limits(call, tmp_path):
     model.write_text(write_model(gap_model()))
     limits.write_text(
         "body_region,specific_location,quasi_static_force_n,quasi_static_pressure_n_cm2,transient_force_factor,"
-        "transient_pressure_factor,spring_constant_n_mm,effective_mass_kg\nHand,Glove,100,,2,2,40,0.6\n"
+        "transient_pressure_factor,spring_constant_n_mm,effective_mass_kg\nHands and fingers,Glove,100,,2,2,40,0.6\n"
     )
-    glove = ("--limits", limits, "--body-area", "glove", "--contact", "transient", "--f-p", "70")
+    glove = (
+        "--limits",
+        limits,
+        "--body-area",
+        "glove",
+        "--contact",
+        "transient",
+        "--f-p",
+        "70",
+        "--stop-after",
+        "0.03",
+    )
     document = json.loads(call("check", "--model", model, *glove, "--v-e", "0.2", "--json").output)
     assert document["verdict"] == "allowed" and document["force_limit_n"] == 200
     assert document["decided_by"] == "simulation" and document["pressure_verdict"] == "not decided"
@@ -301,3 +312,35 @@ def test_a_model_that_is_not_one_is_refused(call, tmp_path):
     assert "--limit must be a number, finite and positive" in faults(
         call, "speed", "--model", RIG, "--f-p", "1", "--limit", "-9"
     )
+
+
+def test_a_limit_holds_until_the_robot_has_stopped(call, tmp_path):
+    """Carried along for 45 mm, this flange presses with 60 N, 36 N of its spring and d v."""
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("rig: {m: 1.9, d: 60.0, k_f: 800.0, k_c: 6.0e+4}\n")
+    asked = ("--model", rig, "--f-p", "60", "--limit", "120", "--travel", "0.045", "--draws", "400", "--json")
+    (found,) = json.loads(call("speed", *asked).output)["speeds"]
+    assert found["v_e"] == pytest.approx((120 - 60 - 800 * 0.045) / 60, rel=1e-4)
+    assert found["robot_stops_within_m"] == pytest.approx(0.045)
+    assert found["robot_stops_within_s"] == pytest.approx(0.045 / found["v_e"])
+
+
+def test_an_ending_that_cannot_be_is_refused_by_every_command(call, tmp_path):
+    config = tmp_path / "design.yaml"
+    config.write_text(f"model: {RIG}\ngoal: fastest\nlimit: 120\nf_p: 60\nv_e: {{low: 0.02, high: 1}}\n"
+                      "ending: {travel: 20, deceleration: 2}\n")  # fmt: skip
+    one = ("--body-area", "palm", "--contact", "transient", "--v-e", "0.1", "--f-p", "60")
+    for command in (
+        ("check", "--model", RIG, *one, "--travel", "20", "--deceleration", "2"),
+        ("speed", "--model", RIG, "--f-p", "60", "--limit", "100", "--travel", "20", "--deceleration", "2"),
+        ("design", "--config", config),
+    ):
+        found = faults(call, *command)
+        assert "mm, divide by 1000" in found and "belong together" in found
+    table = tmp_path / "situations.csv"
+    table.write_text(
+        "situation,body_area,contact,contact_velocity_m_per_s,pretension_n,stop_after_s,travel\n"
+        "a,palm,transient,0.1,20,-1,\n"
+    )
+    found = faults(call, "check", "--model", RIG, "--situations", table, "--json")
+    assert "row 2: stop_after_s must be positive" in found and "did you mean 'travel_m'" in found

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from acf_jax.contact.body import WALL, Body
+from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import Variant, draw_forces, forces, spread
-from acf_jax.contact.peak import AbstractPeak, ClosedForm, ContactPeak
+from acf_jax.contact.peak import AbstractPeak, Branches, ClosedForm, ContactPeak
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.design.landscape import landscape
 from acf_jax.design.remedy import Infeasible
@@ -76,6 +77,9 @@ class Valley(AbstractPeak):
         m, d, _, k, v, f = z
         force = jnp.sqrt(f**2 + 1e4 * m * v**2) / jnp.cos(d - 3) + (k / 5e4 - 1 - (d - 3)) ** 2
         return ContactPeak(force, force > 0)
+
+    def until(self, z, body: Body, ending: Ending) -> Branches:
+        return self.branches(z, body)
 
     def credits_stiffness(self) -> bool:
         return True

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 import pytest
 
+from acf_jax.contact.ending import OPEN, Ending
 from acf_jax.contact.model import ContactModel, draw_forces
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.contact.tried import Tried
@@ -21,6 +22,7 @@ from tests.corrected import gap_model, variant
 RIG = {"m": 1.9, "d": 60.0, "k_f": 800.0, "k_c": 6e4}
 STD = {"m": 0.02, "k_c": 0.05, "v_e": 0.005, "f_p": 0.01}
 LIMITS = read_limits()
+STOP = Ending(stop_after=0.02)
 
 
 @pytest.fixture(scope="module")
@@ -29,13 +31,13 @@ def checker() -> Checker:
 
 
 def situation(
-    name: str = "Deltoid muscle", contact: str = "transient", v: float = 0.2, f: float = 60.0, **more: float
+    name: str = "Deltoid muscle", contact: str = "transient", v: float = 0.2, f: float = 60.0, **more: object
 ) -> Situation:
     return Situation("", LIMITS.find(name), contact, v, f, **more)  # type: ignore[arg-type]
 
 
 def test_verdicts_on_either_side_of_the_limit_and_between(checker: Checker) -> None:
-    s = situation(contact="quasi_static")
+    s = situation(contact="quasi_static", ending=STOP)
     top = checker.highest_speed(s).v
     assert top is not None and checker(s._replace(v_e=top)).verdict == "allowed"
     above = checker(s._replace(v_e=top * 1.001))
@@ -95,9 +97,11 @@ def test_nothing_is_allowed_by_extrapolation() -> None:
     for s in (situation(v=0.31), situation(v=0.01), situation(f=91.0)):
         answer = tried(s)
         assert answer.verdict == "not decidable" and "extrapolation" in answer.reasons[0]
-    assert tried.highest_speed(situation("Kneecap")) == (0.3, "tried range") and not answer.cautions
+    assert (
+        tried.highest_speed(situation("Palm (dominant side)")) == (0.3, "tried range") and not answer.cautions
+    )
     untried = Checker(of_rig(RIG, {}))
-    assert untried.highest_speed(situation("Kneecap"), up_to=0.4) == (0.4, "search")
+    assert untried.highest_speed(situation("Palm (dominant side)"), up_to=0.4) == (0.4, "search")
     assert "range unknown" in untried(situation()).cautions[0]
 
 
@@ -109,7 +113,7 @@ def test_speed_and_pretension_must_have_been_tried_together() -> None:
     assert rig(situation(v=0.2)).verdict == "allowed"
     answer = rig(situation(v=0.25))
     assert answer.verdict == "not decidable" and "only 0.05 to 0.2375 m/s" in answer.reasons[0]
-    v, end = rig.highest_speed(situation("Kneecap"))
+    v, end = rig.highest_speed(situation("Palm (dominant side)"))
     assert end == "tried range" and v == pytest.approx(0.2375)
 
 
@@ -119,18 +123,21 @@ def test_a_force_without_a_first_peak_is_not_decidable() -> None:
     assert answer.verdict == "not decidable" and answer.force is None
 
 
-def test_surrogate_and_exact_model_agree_and_the_exact_one_decides_near_the_limit(checker: Checker) -> None:
+@pytest.mark.parametrize("ending", [OPEN, STOP])
+def test_surrogate_and_exact_model_agree_and_the_exact_one_decides_near_the_limit(
+    checker: Checker, ending: Ending
+) -> None:
     exact = Checker(checker.model)
     deciders = set()
     for v in (0.05, 0.2, 0.4, 0.8, 1.6):
-        for name in ("Deltoid muscle", "Sternum", "Kneecap"):
-            s = situation(name, "quasi_static", v=v)
+        for name in ("Deltoid muscle", "Sternum", "Palm (dominant side)"):
+            s = situation(name, "transient" if ending == OPEN else "quasi_static", v=v, ending=ending)
             a, b = checker(s), exact(s)
             assert a.verdict == b.verdict and a.upper == pytest.approx(b.upper, rel=1e-4)
             assert (a.upper or 0) >= (b.upper or 0) * (1 - 1e-4)
             deciders.add(a.decided_by)
     assert "surrogate" in deciders
-    s = situation(contact="quasi_static")
+    s = situation(contact="quasi_static", ending=STOP)
     near = checker(s._replace(v_e=checker.highest_speed(s).v or 0.0))
     assert near.decided_by == "exact model"
 
@@ -149,9 +156,9 @@ def corrected() -> ContactModel:
 
 def test_corrected_model_checks_the_contact_force_not_the_sensors() -> None:
     model = corrected()
-    answer = Checker(model, load_surrogate())(situation(v=0.2, f=70.0))
+    answer = Checker(model, load_surrogate())(situation(v=0.2, f=70.0, ending=STOP))
     assert answer.verdict == "allowed" and answer.decided_by == "simulation"
-    assert Checker(model)(situation(v=0.5, f=70.0)).verdict == "not decidable"
+    assert Checker(model)(situation(v=0.5, f=70.0, ending=STOP)).verdict == "not decidable"
     (area,) = situation().areas
     said = "\n".join(assumptions(model, situation(), area, 0.975))
     assert "no sensor's reading" in said and "30 N/mm act in series" in said and "21.8 N/mm in all" in said
@@ -210,7 +217,7 @@ def test_a_checker_refuses_single_precision_and_an_odd_confidence() -> None:
 def test_a_diagnosis_verdict_weakens_the_checks() -> None:
     def ask(verdict: str) -> tuple[str, tuple[str, ...]]:
         gap = gap_model().model_copy(update={"verdict": verdict})
-        answer = Checker(of_diagnosis(gap))(situation(v=0.2, f=70.0))
+        answer = Checker(of_diagnosis(gap))(situation(v=0.2, f=70.0, ending=STOP))
         return answer.verdict, (*answer.reasons, *answer.cautions)
 
     assert ask("identified")[0] == "allowed" and len(ask("identified")[1]) == 1

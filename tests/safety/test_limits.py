@@ -50,28 +50,33 @@ HEADER = SHIPPED.read_text().splitlines()[0]
     "row",
     [
         "Face,Masticatory muscle,65,110,2,2,75,4.4,3,,,",
-        "Other,Masticatory muscle,65,110,2,2,75,4.4,,,,",
-        "Kopf,Hinten,130,130,2,2,150,4.4,,,,",
-        "Other,Head_front,130,130,2,2,150,4.4,,,,",
-        "Other,EarLobes,65,110,2,2,75,4.4,,,,",
-        "Other,Nose 2,65,110,2,2,75,4.4,,,,",
-        "Other,Unterkiefer links,65,110,2,2,75,4.4,,,,",
-        "Other,Zygomatic arch,65,110,2,2,75,4.4,,,,",
-        "Other,Scha\u0308deldach,65,110,2,2,75,4.4,,,,",
-        "Other,Anything,65,110,2,2,75,4.4,2,,,",  # the number of the standard's temple
+        "Chest,Masticatory muscle,65,110,2,2,75,4.4,,,,",
+        "Face,Augapfel,600,110,2,2,75,4.4,,,,",
+        "skull  and FOREHEAD,he ad,130,130,2,2,150,4.4,,,,",
+        "Face,Sternum,130,130,2,2,150,4.4,,,,",
+        "Chest,Anything,65,110,2,2,75,4.4,2,,,",  # the number of the standard's temple
+        ",Temple,65,110,2,2,75,4.4,,,,",
     ],
 )
 def test_own_limits_never_free_the_head(tmp_path: Path, row: str) -> None:
     own = tmp_path / "own.csv"
-    own.write_text(f"{HEADER}\n{row}\nHand,Surface of the forearm,140,190,2,2,75,0.6,9,,,\n")
+    own.write_text(f"{HEADER}\n{row}\nHands and fingers,Glove,140,190,2,2,75,0.6,99,,,\n")
     areas = read_limits(own).areas
     assert [a.is_permissible for a in areas] == [False, True]
+
+
+@pytest.mark.parametrize("region", ["Kopf", "Head", "Other", "", "he ad", "Hands"])
+def test_an_own_area_has_to_name_a_region_of_the_standard(tmp_path: Path, region: str) -> None:
+    own = tmp_path / "own.csv"
+    own.write_text(f"{HEADER}\n{region},Augapfel,600,190,2,2,75,0.6,,,,\n")
+    with pytest.raises(InputError, match=r"row 2.*no region of ISO/TS 15066:2016; name the one.*Face"):
+        read_limits(own)
 
 
 def test_own_limits_are_compared_with_the_standards(tmp_path: Path) -> None:
     own = tmp_path / "own.csv"
     own.write_text(
-        f"{HEADER}\nLegs,Kneecap,200,200,2,1.5,50,75,,,,\nLegs,Shin pad,500,,2,,50,75,,,,\n"
+        f"{HEADER}\nThighs and knees,Kneecap,200,200,2,1.5,50,75,,,,\nLower legs,Shin pad,500,,2,,50,75,,,,\n"
         "Chest,Sternum,150,,2,,25,40,,,,\n"
     )
     lower, new, above = (a.caution for a in read_limits(own).areas)
@@ -82,7 +87,7 @@ def test_own_limits_are_compared_with_the_standards(tmp_path: Path) -> None:
 
 def test_every_fault_of_own_limits_is_listed(tmp_path: Path) -> None:
     own = tmp_path / "own.csv"
-    own.write_text(f"{HEADER}\nHand,Palm,strong,1,2,2,75,0.6,1,,,\nHand,,140,1,2,2,-75,0.6,1,,,\n")
+    own.write_text(f"{HEADER}\nChest,Palm,strong,1,2,2,75,0.6,,,,\nChest,,140,1,2,2,-75,0.6,,,,\n")
     with pytest.raises(InputError) as caught:
         read_limits(own)
     faults = "\n".join(caught.value.faults)
@@ -94,10 +99,10 @@ def test_every_fault_of_own_limits_is_listed(tmp_path: Path) -> None:
         "spring_constant_n_mm",
     ):
         assert part in faults
-    own.write_text(f"{HEADER}\nHand,Palm,140,1,2,2,75,0.6,1,,,\nHand,palm,140,1,2,2,75,0.6,1,,,\n")
+    own.write_text(f"{HEADER}\nChest,Palm,140,1,2,2,75,0.6,,,,\nChest,palm,140,1,2,2,75,0.6,,,,\n")
     with pytest.raises(InputError, match="2 times"):
         read_limits(own)
-    own.write_text(f"{HEADER}\nHand,Palm,140000,1900,20,200,75000,600,,,,\n")
+    own.write_text(f"{HEADER}\nChest,Palm,140000,1900,20,200,75000,600,,,,\n")
     with pytest.raises(InputError) as caught:
         read_limits(own)
     assert len(caught.value.faults) == 6, "six values in another unit"

@@ -8,25 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from acf_jax.files import read_text
+from acf_jax.safety.situation import OF_ENDING, OF_VERDICT
 
 if TYPE_CHECKING:
     from acf_jax.safety.check import Answer, Checker, HighestSpeed
     from acf_jax.safety.limits import Limits
 
-ADDED = (
-    "decided_body_area",
-    "verdict",
-    "reason",
-    "peak_force_n",
-    "peak_force_not_exceeded_n",
-    "force_limit_n",
-    "pressure_not_exceeded_n_cm2",
-    "pressure_limit_n_cm2",
-    "pressure_verdict",
-    "standard_v_max_m_per_s",
-    "decided_by",
-    "cautions",
-)
 NO_AREA = "not decided"
 
 
@@ -48,8 +35,12 @@ def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
                 f"  force    {a.force:.1f} N expected, {a.upper:.1f} N not exceeded with a confidence of"
                 f" {checker.confidence:g}; limit {a.force_limit:g} N"
             )
+        if a.lasting is not None:
+            lines.append(f"  lasting  {a.lasting:.1f} N expected once the robot has stopped, F_P + k_F x")
         lines.append(f"  pressure {_pressure(a)}")
-        lines.append(f"  highest allowed velocity here, by this model: {_highest(checker.highest_speed(s))}")
+        until = "" if s.ending.is_known else ", however long it lasts"
+        highest = _highest(checker.highest_speed(s))
+        lines.append(f"  highest velocity allowed here{until}, by this model: {highest}")
         lines.append(f"  ISO/TS 15066's own formula: {_standard(a)}")
         lines.append(f"  decided by the {a.decided_by}; limits of {limits.source}")
         lines.append("It takes for granted that")
@@ -111,12 +102,21 @@ def document(answer: "Answer", checker: "Checker", limits: "Limits", alone: bool
         "highest_allowed_velocity_m_per_s": highest.v if highest else None,
         "highest_allowed_velocity_ended_by": highest.ended_by if highest else None,
         "standard_v_max_m_per_s": a.standard_speed,
+        **{column: _finite(float(getattr(s.ending, name))) for name, column in OF_ENDING.items()},
+        "lasting_force_n": a.lasting,
+        "must_stop_within_s": _finite(a.stop_by),
+        "must_stop_within_m": _finite(None if a.stop_by is None else a.stop_by * s.v_e),
         "decided_by": a.decided_by,
         "limits": limits.source,
         "model": checker.model.source,
         "assumptions": _assumptions(a, checker),
         "statement": STATEMENT,
     }
+
+
+def _finite(value: float | None) -> float | None:
+    """JSON knows no infinity."""
+    return None if value is None or math.isinf(value) else float(value)
 
 
 def _assumptions(a: "Answer", checker: "Checker") -> list[str]:
@@ -136,10 +136,10 @@ def table(situations: Path, answers: Sequence["Answer"]) -> str:
     header = next(cells for cells in lines if any(cell.strip() for cell in cells))
     while not header[-1].strip():
         header.pop()
-    own = [i for i, cell in enumerate(header) if cell.strip() not in ADDED]
+    own = [i for i, cell in enumerate(header) if cell.strip() not in OF_VERDICT]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*(header[i].strip() for i in own), *ADDED])
+    writer.writerow([*(header[i].strip() for i in own), *OF_VERDICT])
     for cells in lines:
         if (answer := by_line.get(lines.line_num)) is not None:
             writer.writerow([*(cells[i].strip() for i in own), *_cells(answer)])
@@ -147,19 +147,20 @@ def table(situations: Path, answers: Sequence["Answer"]) -> str:
 
 
 def _cells(a: "Answer") -> list[str]:
-    numbers = (a.force, a.upper, a.force_limit, a.pressure, a.pressure_limit)
-    shown = ["" if x is None else f"{x:.6g}" for x in numbers]
-    speed = "" if a.standard_speed is None else f"{a.standard_speed:.4g}"
-    told = [
+    stop_by = _finite(a.stop_by)
+    travel = None if stop_by is None else stop_by * a.situation.v_e
+    forces = (a.force, a.upper, a.lasting, a.force_limit, a.pressure, a.pressure_limit)
+    stops = (a.standard_speed, stop_by, travel)
+    return [
         a.area.name,
         a.verdict,
         "; ".join(a.reasons),
-        *shown,
+        *("" if x is None else f"{x:.6g}" for x in forces),
         a.pressure_verdict or NO_AREA,
-        speed,
+        *("" if x is None else f"{x:.4g}" for x in stops),
         a.decided_by,
+        "; ".join(a.cautions),
     ]
-    return [*told, "; ".join(a.cautions)]
 
 
 def summary(out: Path, answers: Sequence["Answer"], checker: "Checker", limits: "Limits") -> str:

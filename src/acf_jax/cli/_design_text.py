@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from acf_jax.contact.read import learnt_range
+from acf_jax.contact.stop import LONGEST, stop_words
 
 if TYPE_CHECKING:
     from acf_jax.design.remedy import Infeasible
@@ -36,6 +37,7 @@ def text(found: "Design") -> str:
         f" {task.probability:g}",
         f"  ({found.probability:.4f} of {found.draws:,} fresh draws hold the limit)",
     ]
+    lines.append(_stop(found))
     if found.goal_per_newton is not None:
         name = "v_e" if task.goal == "fastest" else "f_p"
         unit = model.units[model.names.index(name)]
@@ -49,6 +51,15 @@ def text(found: "Design") -> str:
         lines.append(f"optimum: its conditions hold within {within}, {_round(slack)} N of the limit are left")
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines)
+
+
+def _stop(found: "Design") -> str:
+    """The stop that the answer takes for granted."""
+    if found.stop is None:
+        return "the force goes on rising from its first peak: no stop of the robot is soon enough"
+    if math.isinf(found.stop.time):
+        return f"the robot need not stop within {LONGEST:g} s"
+    return f"the robot must have stopped {stop_words(found.stop)} after first contact"
 
 
 def _why_not_reached(found: "Design") -> str:
@@ -148,6 +159,7 @@ def document(found: "Design") -> dict[str, Any]:
         "goal_per_newton": found.goal_per_newton,
         "limit_reached": found.at_limit,
         "limit_slack_n": found.slack,
+        **stop_document(found),
         "optimality_residual": found.residual,
         "sensitivities": [row._asdict() for row in found.sensitivities],
         "search": {
@@ -159,6 +171,13 @@ def document(found: "Design") -> dict[str, Any]:
         },
         "notes": list(found.notes),
     }
+
+
+def stop_document(found: "Design") -> dict[str, float | None]:
+    """The stop of the robot that the answer takes for granted; None where it is not bounded, or none is soon enough."""
+    told = found.stop is not None and math.isfinite(found.stop.time)
+    time, travel = (found.stop.time, found.stop.travel) if found.stop and told else (None, None)
+    return {"robot_stops_within_s": time, "robot_stops_within_m": travel}
 
 
 def none_document(found: "Infeasible") -> dict[str, Any]:

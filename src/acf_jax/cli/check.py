@@ -7,6 +7,7 @@ import click
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._model import HELP, ModelFile
 from acf_jax.cli._progress import counted
+from acf_jax.cli._stop import OPTIONS, ending_options, make_ending
 from acf_jax.errors import InputError
 
 EXAMPLES = """
@@ -33,6 +34,7 @@ NEEDED = ("--body-area", "--contact", "--v-e", "--f-p")
 )
 @click.option("--v-e", type=float, help="Contact velocity, m/s.")
 @click.option("--f-p", type=float, help="Pretension F_P, N.")
+@ending_options
 @click.option(
     "--contact-area-cm2", type=float, help="Decides the pressure; without it the pressure is not decided."
 )
@@ -63,6 +65,10 @@ def command(
     contact: str | None,
     v_e: float | None,
     f_p: float | None,
+    stop_after: float | None,
+    travel: float | None,
+    reaction: float | None,
+    deceleration: float | None,
     contact_area_cm2: float | None,
     robot_mass_kg: float | None,
     payload_kg: float | None,
@@ -95,10 +101,11 @@ def command(
     except InputError as error:
         faults += error.faults
     one = dict(zip(NEEDED, (body_area, contact, v_e, f_p), strict=True))
+    told = {"stop_after": stop_after, "travel": travel, "reaction": reaction, "deceleration": deceleration}
     if situations is not None:
         faults += [
             f"{name} belongs to a single check; remove it or --situations"
-            for name, x in one.items()
+            for name, x in (one | {OPTIONS[name]: x for name, x in told.items()}).items()
             if x is not None
         ]
         if out is None and not as_json:
@@ -113,6 +120,8 @@ def command(
             f"{name} is missing; give it, or a table by --situations" for name, x in one.items() if x is None
         ]
         faults += _number_faults(v_e, f_p, contact_area_cm2, robot_mass_kg, payload_kg)
+        ending, wrong = make_ending(**told)
+        faults += wrong
         if out is not None:
             faults.append("--out belongs to --situations; remove it, or use --json")
         if limits is not None and body_area is not None:
@@ -120,7 +129,7 @@ def command(
                 areas = limits.find(body_area)
                 masses = (contact_area_cm2, robot_mass_kg, payload_kg)
                 kind: Contact = "transient" if contact == "transient" else "quasi_static"
-                asked = (Situation("", areas, kind, v_e or 0.0, f_p or 0.0, *masses),)
+                asked = (Situation("", areas, kind, v_e or 0.0, f_p or 0.0, *masses, ending=ending),)
             except InputError as error:
                 faults += [f"--{fault.replace('body area', 'body-area', 1)}" for fault in error.faults]
     if faults or file is None or limits is None:

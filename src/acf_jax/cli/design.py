@@ -43,12 +43,15 @@ def command(config: Path, plot: Path | None, as_json: bool) -> None:
 
 def _answer(config: "Config", model: "ContactModel", plot: Path | None, as_json: bool) -> None:
     from acf_jax.cli import _design_text as words
+    from acf_jax.contact.ended import ended
     from acf_jax.design.remedy import Infeasible
     from acf_jax.design.solve import design
     from acf_jax.design.task import make_task
 
     ranges = {name: (r.low, r.high) for name, r in config.ranges().items()}
     fixed = {name: value for name in ("v_e", "f_p") if isinstance(value := getattr(config, name), float)}
+    if (ending := config.ending.ending()).is_known:
+        model = ended(model, ending)
     task = make_task(model, ranges, fixed, config.goal, config.limit, config.probability)
     with stages() as progress:
         progress("searching the ranges")

@@ -10,6 +10,7 @@ from acf_jax.cli._json import echo_json
 from acf_jax.cli._model import HELP, ModelFile
 from acf_jax.cli._progress import counted
 from acf_jax.cli._rig import value_fault
+from acf_jax.cli._stop import ending_options, make_ending
 from acf_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ Examples:
     multiple=True,
     help="Highest peak contact force, N; may be repeated.",
 )
+@ending_options
 @click.option("--probability", default=0.95, show_default=True, type=float, help="That the limit holds.")
 @click.option(
     "--draws",
@@ -48,12 +50,19 @@ def command(
     model_file: Path,
     f_p: float,
     limit: tuple[float, ...],
+    stop_after: float | None,
+    travel: float | None,
+    reaction: float | None,
+    deceleration: float | None,
     probability: float,
     draws: int,
     up_to: float,
     as_json: bool,
 ) -> None:
     """Highest contact velocity for a limit of the peak contact force, exact, under the parameters' uncertainty.
+
+    The force of the first peak counts, and the answer says when the robot must have stopped so that no later force
+    passes the limit; where it is stated how the contact ends, the force until then counts.
 
     Ends with exit code 1 where no velocity keeps one of the limits.
     """
@@ -66,6 +75,10 @@ def command(
         faults.append(f"--up-to must be above 0 m/s, but is {up_to!r}")
     elif fault := value_fault("v_e", up_to, "--up-to"):
         faults.append(fault)
+    ending, wrong = make_ending(
+        stop_after=stop_after, travel=travel, reaction=reaction, deceleration=deceleration
+    )
+    faults += wrong
     file = None
     try:
         file = ModelFile(model_file)
@@ -77,7 +90,9 @@ def command(
     from acf_jax.start import start_jax
 
     start_jax()
+    from acf_jax.contact.ended import ended
     from acf_jax.contact.read import learnt_range
+    from acf_jax.contact.stop import ending_conflict
     from acf_jax.design.chance import draws_fault
     from acf_jax.design.solve import Design, design
     from acf_jax.design.task import make_task
@@ -93,6 +108,10 @@ def command(
         faults.append(f"--up-to must be above the surrogate's {slowest:g} m/s, but is {up_to:g}")
     if faults:
         raise InputError(faults)
+    if fault := ending_conflict(model, ending, 0.0):
+        raise InputError(fault)
+    if ending.is_known:
+        model = ended(model, ending)
     is_cut, up_to = slowest > 0 or fastest < up_to, min(up_to, fastest)
     found = [
         design(
@@ -112,7 +131,10 @@ def command(
             {"model": model.source, "f_p": f_p, "probability": probability, "speeds": rows, "notes": notes}
         )
     else:
-        click.echo("       limit    highest velocity    expected force    one newton more    draws within")
+        click.echo(
+            "       limit    highest velocity    expected force    one newton more    draws within"
+            f"    robot {'stops' if ending.is_known else 'must stop'} within"
+        )
         for x in found:
             click.echo(f"{x.task.limit:10.4g} N   {_words(x) if isinstance(x, Design) else _why_none(x)}")
         for note in notes:
@@ -123,6 +145,7 @@ def command(
 
 def _row(found: "Design | Infeasible") -> dict[str, Any]:
     """The answer to one limit for programs."""
+    from acf_jax.cli._design_text import stop_document
     from acf_jax.design.solve import Design
 
     row = {"limit_n": found.task.limit, "probability_among_fresh_draws": found.probability}
@@ -132,8 +155,18 @@ def _row(found: "Design | Infeasible") -> dict[str, Any]:
             "expected_force_n": found.force,
             "v_e_per_n": found.goal_per_newton,
             "limit_reached": found.at_limit,
+            **stop_document(found),
         }
-    none = dict.fromkeys(("v_e", "expected_force_n", "v_e_per_n", "limit_reached"))
+    none = dict.fromkeys(
+        (
+            "v_e",
+            "expected_force_n",
+            "v_e_per_n",
+            "limit_reached",
+            "robot_stops_within_s",
+            "robot_stops_within_m",
+        )
+    )
     return row | none | {"least_force_n": found.upper, "least_loaded_v_e": float(found.z[-2])}
 
 
@@ -142,7 +175,7 @@ def _words(found: "Design") -> str:
 
     speed = math.floor(found.z[-2] * 1e4) / 1e4  # not rounded up: what is shown is allowed
     price = f"{found.goal_per_newton:.5f} m/s" if found.goal_per_newton is not None else "-"
-    line = f"{speed:12.4f} m/s {found.force:15.2f} N {price:>18} {found.probability:15.4f}"
+    line = f"{speed:12.4f} m/s {found.force:15.2f} N {price:>18} {found.probability:15.4f}    {_stop(found)}"
     if found.at_limit:
         return line
     task = found.task
@@ -152,6 +185,15 @@ def _words(found: "Design") -> str:
         known = learnt_range(task.model, "v_e")
         why = "the surrogate's range ends" if known and known[1] <= task.high[0] else "the search's end"
     return f"{line}    limit not reached: {why}"
+
+
+def _stop(found: "Design") -> str:
+    """When the robot stops, or has to, so that no later force passes the limit."""
+    from acf_jax.contact.stop import LONGEST, stop_words
+
+    if found.stop is None:
+        return "no stop is soon enough"
+    return stop_words(found.stop) if math.isfinite(found.stop.time) else f"not within {LONGEST:g} s"
 
 
 def _why_none(found: "Infeasible") -> str:

@@ -20,10 +20,10 @@ LEAST_SHARE = 1e-12  # of the variance: a direction below it is rounding
 
 
 class Interval(NamedTuple):
-    """lower <= peak force <= upper of one sample, where `known`."""
+    """lower <= force <= upper of one sample, of each branch of its law, where `known`."""
 
-    lower: Scalar  # N
-    upper: Scalar  # N
+    lower: Float[Array, " branches"]  # N
+    upper: Float[Array, " branches"]  # N
     known: Bool[Array, ""]
 
 
@@ -41,11 +41,11 @@ class Bounded(NamedTuple):
 
 
 class _Own(NamedTuple):
-    """Force and deviation of one explanation."""
+    """Forces and deviations of the branches of one explanation."""
 
     lower: Scalar
-    force: Scalar
-    std: Scalar
+    force: Float[Array, " branches"]
+    std: Float[Array, " branches"]
     has_peak: Bool[Array, ""]
     holds: Bool[Array, ""]
 
@@ -54,7 +54,7 @@ def exact(peak: AbstractPeak) -> Law:
     """A law whose force is the peak itself."""
 
     def law(z: Float[Array, " p"], body: Body) -> Interval:
-        found = peak(z, body)
+        found = peak.branches(z, body)
         return Interval(found.force, found.force, found.exists)
 
     return law
@@ -73,10 +73,10 @@ def bounded(
     E = max(F_i - F_P, F_i/10). That is the first-order quantile for small deviations, the exact one where a single
     parameter is uncertain and F grows with it, and otherwise more: the force above the pretension is much like a
     product of powers, whose logarithms add. A draw without a peak
-    is no force at all, so that a peak is asked for at every displaced point. Of the mixture the upper end is the
-    smallest F with
+    is no force at all, so that a peak is asked for at every displaced point. Of the mixture, and of the branches b of
+    each law, any of which may exceed it, the upper end is the smallest F with
 
-        sum_i w_i Phi((F_i - F)/sigma_i) <= 1 - confidence.
+        sum_i w_i sum_b Phi((F_ib - F)/sigma_ib) <= 1 - confidence.
 
     **Arguments:** `main`: a law in place of the main explanation's own, for example a surrogate's.
     """
@@ -95,12 +95,13 @@ def bounded(
             for law, low, by, at in zip(laws, least, displacements, places, strict=True)
         ]
         first = every[0]
-        force, std = jnp.stack([e.force for e in every]), jnp.stack([e.std for e in every])
-        upper = first.force + factor * first.std
-        if len(every) > 1:
-            upper = _quantile(force, std, weights / weights.sum(), 1 - confidence, factor)
+        force, std = jnp.concatenate([e.force for e in every]), jnp.concatenate([e.std for e in every])
+        upper = first.force[0] + factor * first.std[0]
+        if force.size > 1:
+            weight = np.repeat(weights / weights.sum(), [e.force.size for e in every])
+            upper = _quantile(force, std, weight, 1 - confidence)
         holds = jnp.stack([e.holds for e in every]).all()
-        return Bounded(first.lower, first.force, upper, first.has_peak, holds)
+        return Bounded(first.lower, first.force.max(), upper, first.has_peak, holds)
 
     return found
 
@@ -135,21 +136,20 @@ def _of_one(
     """One explanation, asked wherever z is displaced to."""
     places = jax.vmap(lambda amount, share: jnp.maximum(z + amount + share * z, least))(*by)
     found = jax.vmap(law, (0, None))(places.at[0].set(z), body)
-    lower, force = found.lower[0], found.upper[0]
-    up, down = jnp.split(jnp.abs(found.upper[1:] - force), 2)
+    lower, force = found.lower[0].max(), found.upper[0]
+    up, down = jnp.split(jnp.abs(found.upper[1:] - force[None]), 2)
     # what the parameters act on is the force above the pretension; a tenth, so that other forces do not explode
     scale = jnp.maximum(force - z[-1], jnp.where(force > 0, force / 10, 1.0))
-    shares = jnp.log1p(jnp.maximum(up, down) / scale)
-    parameters = scale * jnp.expm1(jnp.sqrt((shares**2).sum()))
+    shares = jnp.log1p(jnp.maximum(up, down) / scale[None])
+    parameters = scale * jnp.expm1(jnp.sqrt((shares**2).sum(0)))
     form = reach * form_error * (force + parameters)
     std = jnp.sqrt(parameters**2 + form**2) / reach
     return _Own(lower, force, std, found.known[0], found.known.all())
 
 
-def _quantile(
-    force: Float[Array, " n"], std: Float[Array, " n"], weight: np.ndarray, rest: float, factor: float
-) -> Scalar:
-    """The smallest force that a mixture of normal laws exceeds with a probability of at most `rest`, from above."""
+def _quantile(force: Float[Array, " n"], std: Float[Array, " n"], weight: np.ndarray, rest: float) -> Scalar:
+    """The smallest force that normal laws exceed with a probability, summed by `weight`, of at most `rest`."""
+    factor = float(norm.isf(rest / weight.sum()))  # with which each alone is exceeded by its part of `rest`
     is_spread = std > 0
     width = jnp.where(is_spread, std, 1.0)
 
@@ -162,7 +162,6 @@ def _quantile(
         is_enough = exceeded(middle) <= rest
         return jnp.where(is_enough, low, middle), jnp.where(is_enough, middle, high)
 
-    # at the upper end each law alone is exceeded with `rest`
     ends = force.min(), (force + factor * std).max()
     found: tuple[Scalar, Scalar] = jax.lax.fori_loop(0, HALVINGS, halve, ends)
     return found[1]

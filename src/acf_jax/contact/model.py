@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
-from acf_jax.contact.peak import RIG, AbstractPeak, ContactPeak
+from acf_jax.contact.peak import RIG, AbstractPeak, Branches, ContactPeak
 from acf_jax.contact.tried import Tried
 
 Scalar = Float[Array, ""]
@@ -104,25 +104,38 @@ class Spread(NamedTuple):
 
 
 @eqx.filter_jit
-def spread(model: ContactModel, z: Float[Array, " p"], body: Body) -> tuple[ContactPeak, Spread]:
+def spread(
+    model: ContactModel, z: Float[Array, " p"], body: Body, factor: Scalar | float = 0.0
+) -> tuple[ContactPeak, Spread]:
     """Peak of one sample and its standard deviation, to first order in the parameters.
 
     sigma^2 = g^T Sigma g + (form error F)^2 + spread between the explanations,  g = dF/dz
+
+    Of several branches, that whose F + factor sigma is largest.
     """
     main = model.main
-    peak = main.peak(z, body)
-    gradient = jax.jacfwd(lambda z: main.peak(z, body).force)(z)
-    own = jnp.append(jnp.asarray(main.covariance) @ gradient[:-2], jnp.zeros(2))
-    shares = gradient * own + (gradient * jnp.asarray(model.relative) * z) ** 2
+
+    def forces(z: Float[Array, " p"]) -> tuple[Array, Branches]:
+        found = main.peak.branches(z, body)
+        return found.force, found
+
+    gradient, branches = jax.jacfwd(forces, has_aux=True)(z)
+    own = jnp.pad(gradient[:, :-2] @ jnp.asarray(main.covariance), ((0, 0), (0, 2)))
+    shares = gradient * own + (gradient * (jnp.asarray(model.relative) * z)[None]) ** 2
     weights = jnp.array([main.weight, *(v.weight for v in model.others)])
-    forces = jnp.stack([peak.force, *(v.peak(beside(main, v, z), body).force for v in model.others)])
-    mean = weights @ forces / weights.sum()
-    between = weights @ (forces - mean) ** 2 / weights.sum()
-    form = (model.form_error * peak.force) ** 2
-    variance = shares.sum() + form + between
+    others = [v.peak(beside(main, v, z), body).force for v in model.others]
+    between = jnp.zeros(())
+    if others:
+        every = jnp.stack([branches.force.max(), *others])
+        mean = weights @ every / weights.sum()
+        between = weights @ (every - mean) ** 2 / weights.sum()
+    form = (model.form_error * branches.force) ** 2
+    variance = shares.sum(1) + form + between
     is_spread = variance > 0
     std = jnp.where(is_spread, jnp.sqrt(jnp.where(is_spread, variance, 1.0)), 0.0)
-    return peak, Spread(std, gradient, shares, form, between)
+    k = jnp.argmax(branches.force + factor * std) if std.size > 1 else 0
+    peak = ContactPeak(branches.force[k], branches.exists)
+    return peak, Spread(std[k], gradient[k], shares[k], form[k], between)
 
 
 def beside(main: Variant, other: Variant, z: Array) -> Array:

@@ -10,17 +10,26 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import Body, reduced_mass, series_stiffness
+from acf_jax.contact.braking import Braking, stopping_time, stopping_travel
+from acf_jax.contact.ending import Ending
 from acf_jax.contact.recoil import Recoil
 from acf_jax.diagnosis.forward import SAMPLES, STEP_PER_RADIAN, unpack
 from acf_jax.diagnosis.predict import LONGEST
 from acf_jax.diagnosis.space import component_of
+from acf_jax.effects import AbstractEffect
 from acf_jax.model import Impact, Rig, find_peak
+from acf_jax.model.until import carried_force, largest_force_until
 from acf_jax.simulator import LargestForce, largest_force
 from acf_jax.simulator.peak import Force
+from acf_jax.simulator.through import largest_force_through
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
+Scalar = Float[Array, ""]
 RIG = ("m", "d", "k_f", "k_c")
 COARSEST = 0.2  # omega h; a coarser grid understates a peak by more than 0.1 %
+FINE = 0.08  # omega h of a simulation until the contact has ended
+FEWEST_STEPS, MOST_STEPS = 4, 50_000  # of each of its parts
+SETTLED = 25.0  # decay times, after which e^{-25} of a swing is left
 
 
 class ContactPeak(NamedTuple):
@@ -28,6 +37,13 @@ class ContactPeak(NamedTuple):
 
     force: Float[Array, "*batch"]  # N
     exists: Bool[Array, "*batch"]
+
+
+class Branches(NamedTuple):
+    """Forces of one contact, the largest of which counts: each depends on the parameters in a way of its own."""
+
+    force: Float[Array, " branches"]  # N
+    exists: Bool[Array, ""]
 
 
 class AbstractPeak(eqx.Module):
@@ -40,6 +56,15 @@ class AbstractPeak(eqx.Module):
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         """Differentiable in forward mode."""
 
+    @abc.abstractmethod
+    def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        """The largest forces until the contact has ended: of what the impact sets swinging, and carried along."""
+
+    def branches(self, z: Float[Array, " p"], body: Body) -> Branches:
+        """What this law's force is the largest of; one alone but where a subclass says otherwise."""
+        peak = self(z, body)
+        return Branches(peak.force[None], peak.exists)
+
     def original(self) -> "AbstractPeak":
         """The law that a surrogate stands for; of any other law itself."""
         return self
@@ -47,6 +72,10 @@ class AbstractPeak(eqx.Module):
     @abc.abstractmethod
     def credits_stiffness(self) -> bool:
         """Whether the body's stiffness is taken in series with the contact's."""
+
+    def is_simulated(self) -> bool:
+        """Whether each sample costs a simulation with effects."""
+        return False
 
 
 class ClosedForm(AbstractPeak):
@@ -57,6 +86,21 @@ class ClosedForm(AbstractPeak):
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         peak = find_peak(*coupled(z, body))
         return ContactPeak(peak.f_max, peak.has_peak)
+
+    def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        """The larger of two: the equations' own force, which holds and pulls where a contact would be lost, and that of
+        a contact that is lost and hits again. The first is in closed form where body and robot allow one.
+        """
+        through = Simulated((), np.inf).through
+        exact = largest_force_until(*coupled(z, body), stopping_time(ending, z[-2]))
+        is_stated = isinstance(body.mobility, float) and isinstance(ending.deceleration, float)
+        if is_stated and body.mobility == 0 and not ending.brakes:  # known before anything is traced
+            found = through(z, body, ending, 0.0)
+            return found._replace(force=found.force.at[0].max(exact))
+        has_form = (jnp.asarray(body.mobility) == 0) & ~jnp.isfinite(jnp.asarray(ending.deceleration))
+        rebounding, holding = (through(z, body, ending, pull) for pull in (0.0, 1.0))
+        held = jnp.where(has_form, exact, holding.force[0])
+        return rebounding._replace(force=rebounding.force.at[0].max(held))
 
     def credits_stiffness(self) -> bool:
         return True
@@ -71,6 +115,9 @@ class Learned(AbstractPeak):
 
     def original(self) -> AbstractPeak:
         return ClosedForm()
+
+    def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        return self.original().until(z, body, ending)
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         rig, impact = coupled(z, body)
@@ -101,20 +148,77 @@ class Simulated(AbstractPeak):
 
     def largest(self, z: Float[Array, " p"], body: Body, which: Force = "contact") -> LargestForce:
         """The largest force of one sample and its time; `which` may ask for the sensor's reading instead."""
+        rig, effects, fastest = self._against(z, body)
+        h = jnp.maximum(jnp.minimum(self.longest_step, STEP_PER_RADIAN / fastest), LONGEST / (SAMPLES - 4))
+        found = largest_force(rig, Impact(z[-2], z[-1]), effects, jax.lax.stop_gradient(h), LONGEST, which)
+        return found._replace(exists=found.exists & (fastest * h <= COARSEST))
+
+    def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        return self.through(z, body, ending, 0.0)
+
+    def through(self, z: Float[Array, " p"], body: Body, ending: Ending, pull: Scalar | float) -> Branches:
+        """The largest force until the contact has ended, every further contact included; `pull` as for `simulate`.
+
+        A parabola through three samples misses a maximum by |F_C'''| h^3/(9 sqrt 3) at most; that of a force that bends
+        with (omega + d/m)^3 is added. A robot that brakes is followed for one period beyond its stop.
+        Where the body is clamped, the force of `carried_force` counts, too.
+        """
+        rig, effects, fastest = self._against(z, body)
+        impact = Impact(z[-2], z[-1])
+        stop = stopping_time(ending, impact.v_e)
+        is_braking = jnp.isfinite(ending.deceleration)
+        end = jnp.where(jnp.isfinite(stop), stop, LONGEST)
+        is_clamped = jnp.asarray(body.mobility) == 0
+        end = jnp.where(is_clamped & ~is_braking, jnp.minimum(end, _settled(rig)), end)
+        period = jnp.where(is_braking, 2 * jnp.pi / rig.omega, 0.0)
+        corners = jnp.stack([jnp.where(is_braking, ending.reaction, 0.0), end, end + period])
+        spans = jnp.diff(corners, prepend=0.0)
+        rate = fastest + rig.d / rig.m
+        longest_step = jnp.minimum(self.longest_step, FINE / rate)
+        needed = jax.lax.stop_gradient(jnp.ceil(spans / longest_step))
+        can_be_followed = (needed <= MOST_STEPS).all()
+        steps = jnp.where(can_be_followed & (needed > 0), jnp.maximum(needed, FEWEST_STEPS), 0).astype(int)
+        braking = Braking(jnp.asarray(ending.deceleration), jnp.asarray(ending.reaction))
+        force = largest_force_through(rig, impact, [*effects, braking], corners, steps, pull)
+        widest = jnp.minimum(longest_step, spans.max() / FEWEST_STEPS)
+        between = 1 + jax.lax.stop_gradient(widest * rate) ** 3 / (9 * 3**0.5)
+        travelled = jnp.where(impact.v_e > 0, stopping_travel(ending, impact.v_e), 0.0)
+        carried = jnp.where(is_clamped, carried_force(rig, impact, travelled), 0.0)
+        is_told = jnp.isfinite(stop) | (impact.v_e == 0)
+        return Branches(
+            jnp.stack([force * between, carried]), jnp.isfinite(force) & is_told & can_be_followed
+        )
+
+    def _against(
+        self, z: Float[Array, " p"], body: Body
+    ) -> tuple[Rig, list[AbstractEffect], Float[Array, ""]]:
+        """Rig and effects against a body, which recoils, and the fastest rate among them, 1/s."""
         rig, effects = unpack(self.effects, z[:-2], self.reach)
         if self.credits_stiffness():
             rig = Rig(rig.m, rig.d, rig.k_f, series_stiffness(rig.k_c, body))
         stiffest = jnp.sqrt((rig.k_f + rig.k_c) * (1 / rig.m + body.mobility))
         # within the decay of a strong damper, as `step_for`: a longer step takes its jump for a peak
         fastest = jnp.maximum(stiffest, STEP_PER_RADIAN * rig.d / rig.m)
-        h = jnp.maximum(jnp.minimum(self.longest_step, STEP_PER_RADIAN / fastest), LONGEST / (SAMPLES - 4))
-        recoil = Recoil(jnp.asarray(body.mobility))
-        effects = [*effects, recoil]
-        found = largest_force(rig, Impact(z[-2], z[-1]), effects, jax.lax.stop_gradient(h), LONGEST, which)
-        return found._replace(exists=found.exists & (fastest * h <= COARSEST))
+        return rig, [*effects, Recoil(jnp.asarray(body.mobility))], fastest
+
+    def is_simulated(self) -> bool:
+        return True
 
     def credits_stiffness(self) -> bool:
         return all(component_of(name) != "contact" for name in self.effects)
+
+
+def _settled(rig: Rig) -> Scalar:
+    """When what the first contact set swinging is gone, s: the rest is carried along. Infinite without damping.
+
+    The slowest decay is that of a flange without contact, delta - sqrt(delta^2 - k_F/m).
+    """
+    delta, spring = rig.delta, rig.k_f / rig.m
+    beyond = delta**2 - spring
+    is_overdamped = beyond > 0
+    fast = delta + jnp.sqrt(jnp.where(is_overdamped, beyond, 1.0))
+    rate = jnp.where(is_overdamped, spring / fast, delta)
+    return jnp.where(rate > 0, SETTLED / jnp.where(rate > 0, rate, 1.0), jnp.inf)
 
 
 class Trained(AbstractPeak):
@@ -127,6 +231,9 @@ class Trained(AbstractPeak):
 
     def original(self) -> AbstractPeak:
         return self.law
+
+    def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        return self.law.until(z, body, ending)
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         found = self.surrogate.predict(self.sample(z, body))

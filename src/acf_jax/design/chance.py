@@ -8,7 +8,6 @@ from scipy.stats import norm
 
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import ContactModel, draw_forces
-from acf_jax.contact.peak import Simulated
 from acf_jax.design.task import Margin, Task, upper_forces
 
 TO_SPARE = 2.0  # standard errors of the drawn probability by which the stated one is exceeded
@@ -46,7 +45,7 @@ def least_draws(probability: float) -> int:
 
 def draws_fault(model: ContactModel, probability: float, draws: int) -> str | None:
     """Why so many draws are too few, with the remedy; None where they are enough, or more cost next to nothing."""
-    is_dear = any(isinstance(v.peak, Simulated) for v in (model.main, *model.others))
+    is_dear = any(v.peak.is_simulated() for v in (model.main, *model.others))
     if not is_dear or draws >= least_draws(probability):
         return None
     return (

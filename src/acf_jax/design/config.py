@@ -1,6 +1,7 @@
 """The question of a design, design.yaml: one frozen model, every fault at once."""
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -18,6 +19,7 @@ from pydantic import (
     model_validator,
 )
 
+from acf_jax.contact.ending import Ending, ending_faults
 from acf_jax.dataset.units import unit_fault
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
@@ -54,6 +56,25 @@ class Range(Part):
         return self
 
 
+class End(Part):
+    """How the contact ends, from first contact; the robot keeps its speed until it has stopped, or until it brakes."""
+
+    stop_after: float | None = Field(default=None, description="s, after which the robot has stopped")
+    travel: float | None = Field(default=None, description="m, what is left of the flange's stroke")
+    reaction: float | None = Field(default=None, description="s, from when the robot brakes")
+    deceleration: float | None = Field(default=None, description="m/s^2, with which it does")
+
+    @model_validator(mode="after")
+    def _can_be(self) -> Self:
+        if faults := ending_faults(self.ending()):
+            raise ValueError("; ".join(faults))
+        return self
+
+    def ending(self) -> Ending:
+        """What is given; infinity for the rest."""
+        return Ending(**{name: math.inf if x is None else x for name, x in self.model_dump().items()})
+
+
 def _kind(value: Any) -> str:
     return "range" if isinstance(value, dict | Range) else "number"
 
@@ -79,6 +100,9 @@ class Config(Part):
     v_e: Quantity = Field(description="m/s, contact velocity")
     free: dict[str, Range] = Field(default={}, description="further parameters of the model")
     relative_std: dict[str, Share] = Field(default={}, description="standard deviation over value")
+    ending: End = Field(
+        default=End(), description="how the contact ends; the first peak alone counts without"
+    )
     starts: int = Field(default=32, ge=1, le=1024)
     draws: int = Field(default=8192, ge=256, le=2**20)
     seed: int = Field(default=0, ge=0, lt=2**31)

@@ -36,9 +36,9 @@ def conditions(task: Task, factor: float, u: np.ndarray) -> Conditions:
     value, slope = value_and_slope(task, factor)(u)
     multiplier, reduced, unused = 0.0, slope.copy(), 0.0
     if (c := task.coordinate) is not None:
-        ends = u[c] == 1.0
-        multiplier = 0.0 if ends else 1 / slope[c] if slope[c] > 0 else np.inf
-        reduced = multiplier * slope if not ends else np.zeros_like(slope)
+        ends, rises = u[c] == 1.0, slope[c] > 0
+        multiplier = 0.0 if ends else 1 / slope[c] if rises else np.inf
+        reduced = multiplier * slope if rises and not ends else np.zeros_like(slope)
         reduced[c] -= 1.0
         unused = multiplier * abs(1 - value)
     is_low, is_high = (u <= NEAR) & (reduced >= 0), (u >= 1 - NEAR) & (reduced <= 0)
@@ -85,7 +85,7 @@ class _Question(eqx.Module):
     def load(self, u: Float[Array, " free"]) -> Float[Array, ""]:
         """U(u)."""
         z = self.z.at[jnp.array(self.entries)].set((1 - u) * self.low + u * self.high)
-        peak, own = spread(self.model, z, WALL)
+        peak, own = spread(self.model, z, WALL, self.factor)
         return (peak.force + self.factor * own.std) / self.limit
 
 

@@ -9,10 +9,12 @@ from scipy.stats import norm
 
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import ContactModel, Spread, spread
+from acf_jax.contact.stop import Stop
 from acf_jax.design.chance import draw, draws_fault, is_kept, least_draws, margin_at
 from acf_jax.design.exact import conditions
 from acf_jax.design.optimum import Optimum, find_optimum, start_points
 from acf_jax.design.remedy import Infeasible, explain
+from acf_jax.design.stop import needed_stop
 from acf_jax.design.task import Margin, Task, upper_forces
 
 ROUNDS = 12
@@ -52,6 +54,7 @@ class Design(NamedTuple):
     )  # of the conditions for an optimum; None where the model's peak ends before the limit
     sensitivities: tuple[Sensitivity, ...]  # most newtons of margin first
     search: Optimum
+    stop: Stop | None  # of the robot, stated or needed; None: no stop is soon enough
     notes: tuple[str, ...]
 
     @property
@@ -132,7 +135,7 @@ def _larger(one: Margin, other: Margin) -> Margin:
 
 def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int) -> Design:
     model, z = task.model, task.point(found.u)
-    own = spread(model, jnp.asarray(z), WALL)[1]
+    own = spread(model, jnp.asarray(z), WALL, jnp.asarray(margin.factor))[1]
     upper, force = (float(x[0]) for x in upper_forces(model, z[None], margin)[:2])
     at_limit = upper >= task.limit * (1 - 1e-9)
     met = conditions(task, margin.factor, found.u)
@@ -142,7 +145,8 @@ def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int
     residual = None if is_inner and not at_limit else met.residual
     return Design(
         task, z, force, upper, float(own.std), margin, fresh, draws, price, at_limit, task.limit - upper, residual,
-        sensitivities(model, z, own, upper - force), found, _notes(task, z, found),
+        sensitivities(model, z, own, upper - force), found, needed_stop(task, z, margin.factor),
+        _notes(task, z, found),
     )  # fmt: skip
 
 

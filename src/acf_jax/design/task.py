@@ -110,7 +110,7 @@ def _upper(
     least = jnp.append(model.main.low, jnp.zeros(2))
 
     def one(z: Float[Array, " p"]) -> tuple[Array, Array, Array]:
-        peak, own = spread(model, z, WALL)
+        peak, own = spread(model, z, WALL, factor)
         exists = peak.exists
         if away is not None:
             beside = jnp.maximum(z[None] + away.fixed + away.share * z[None], least[None])
@@ -140,7 +140,7 @@ def _slope(
     model: ContactModel, z: Float[Array, " p"], factor: Float[Array, ""], free: tuple[int, ...]
 ) -> tuple[Array, Array]:
     def along(x: Float[Array, " free"]) -> tuple[Array, Array]:
-        peak, own = spread(model, z.at[jnp.array(free)].set(x), WALL)
+        peak, own = spread(model, z.at[jnp.array(free)].set(x), WALL, factor)
         upper = peak.force + factor * own.std
         return upper, upper
 

@@ -43,21 +43,35 @@ class Peak(NamedTuple):
     has_peak: Bool[Array, "*batch"]
 
 
-def _solve(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
-    """Force and time of the peak: tau_0, then the root sigma, then Eq. (11) as a sum of positive terms."""
+class Reduced(NamedTuple):
+    """One sample as the equation of its stationary points: docs/theory.md derives it."""
+
+    scale: Scalar  # N, F_P + m omega v
+    b: Scalar  # m omega v over `scale`
+    epsilon: Scalar  # k_F/K
+    kappa: Scalar  # k_C/K
+    tau_0: Scalar  # omega t of the peak for k_F = 0, a lower bound otherwise
+    w: Scalar  # what swings at tau_0, over `scale`; 0 where the force has no turning point
+    crossing: Crossing
+    is_turning: Bool[
+        Array, ""
+    ]  # overdamped, the force's slope has a minimum only if the mass starts fast enough
+    has_peak: Bool[Array, ""]
+
+
+def reduce(rig: Rig, impact: Impact) -> Reduced:
+    """The crossing s(sigma) = r of one sample, sigma = omega t - tau_0."""
     zeta, kappa, epsilon = rig.zeta, rig.k_c / rig.k, rig.k_f / rig.k
     # F_P and m omega v enter by their shares c and b, so that neither v = 0 nor F_P = 0 divides by zero.
     momentum = impact.v_e * jnp.sqrt(rig.m * rig.k)
     scale = impact.f_p + momentum
     is_loaded = scale > 0
     b = jnp.where(is_loaded, momentum / jnp.where(is_loaded, scale, 1.0), 1.0)
-    c = 1 - b
 
     tiny = jnp.finfo(zeta.dtype).tiny
     eta_squared = (1 - zeta) * (1 + zeta)
-    a = c - kappa * zeta * b
+    a = (1 - b) - kappa * zeta * b
     q = a * a + kappa * kappa * b * b * eta_squared
-    # Overdamped, the force's slope has a minimum only if the mass starts fast enough.
     is_turning = (eta_squared > 0) | ((a > 0) & (q > 0))
     root_q = jnp.where(is_turning, jnp.sqrt(jnp.maximum(q, tiny)), 1.0)
     angle = kappa * b * carlson_rc(jnp.abs(a), root_q)
@@ -70,14 +84,21 @@ def _solve(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
     has_peak = epsilon * b < w * r_m
     ratio = jnp.where(has_peak, epsilon * b / jnp.where(has_peak, w * r_m, 1.0), 1.0)
     crossing = Crossing(zeta, eta_squared, sigma_m, r_m, ratio)
+    return Reduced(scale, b, epsilon, kappa, tau_0, w, crossing, is_turning, has_peak)
+
+
+def _solve(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
+    """Force and time of the peak: tau_0, then the root sigma, then Eq. (11) as a sum of positive terms."""
+    scale, b, epsilon, kappa, tau_0, w, crossing, is_turning, has_peak = reduce(rig, impact)
+    zeta = crossing.zeta
     sigma = find_root(crossing)
 
     settled = jnp.where(is_turning & has_peak, jnp.inf, 50 * (1 + zeta))
     tau = jnp.where(is_turning, jnp.minimum(tau_0 + sigma, settled), settled)
     # F_max is stationary in sigma and needs no more digits; its evaluation pays t_max one step more.
     difference, (slope, _) = at_sigma = residual(sigma, crossing)
-    swing = slope + 2 * zeta * (difference + ratio * r_m)
-    f_max = scale * (c * epsilon + kappa * (b * (epsilon * tau + 2 * zeta * kappa) + w * swing))
+    swing = slope + 2 * zeta * (difference + crossing.ratio * crossing.r_m)
+    f_max = scale * ((1 - b) * epsilon + kappa * (b * (epsilon * tau + 2 * zeta * kappa) + w * swing))
     return Peak(f_max, (tau + (polish(sigma, at_sigma, crossing) - sigma)) / rig.omega, has_peak)
 
 

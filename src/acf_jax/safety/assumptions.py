@@ -5,6 +5,7 @@ import numpy as np
 from acf_jax.contact.body import series_stiffness
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import RIG, ClosedForm, Learned
+from acf_jax.contact.stop import stop_of
 from acf_jax.safety.limits import BodyArea, body_of
 from acf_jax.safety.situation import Situation
 
@@ -53,12 +54,10 @@ def assumptions(model: ContactModel, s: Situation, area: BodyArea, confidence: f
         )
     else:
         found.append(
-            "the body is clamped; the whole force, its first peak included, is held against the lasting limit"
+            "the body is clamped; the whole force, its first peak included, is held against the lasting limit, and so"
+            " is F_P + k_F x once the robot has stopped"
         )
-    found.append(
-        "the flange stays within its stroke and the robot stops before the force rises again; at the stroke's end"
-        " the robot's own mass would act"
-    )
+    found.append(_end(s))
     if s.contact_area:
         side = 10.0 * s.contact_area**0.5
         found.append(
@@ -74,7 +73,24 @@ def assumptions(model: ContactModel, s: Situation, area: BodyArea, confidence: f
     return found
 
 
+def _end(s: Situation) -> str:
+    """How the contact ends."""
+    if not s.ending.is_known:
+        return (
+            "how the contact ends is not stated; whatever the force does, the flange stays within its stroke, at whose"
+            " end the robot's own mass would act"
+        )
+    stop = stop_of(s.ending, s.v_e)
+    until = "until then it keeps its speed; what its stop sets swinging is left out: state its deceleration"
+    if s.ending.brakes:
+        until = f"from {1e3 * s.ending.reaction:g} ms on it brakes with {s.ending.deceleration:g} m/s^2"
+    return (
+        f"the robot has stopped {1e3 * stop.time:.4g} ms and {1e3 * stop.travel:.4g} mm after first contact, and the"
+        f" flange has that much of its stroke left; {until}"
+    )
+
+
 STATEMENT = (
-    "This is a calculation. It does not replace a measurement of force and pressure (ISO/PAS 5672) or a risk"
+    "This is a calculation. It does not replace a measurement of force and pressure (ISO/PAS 5672:2023) or a risk"
     " assessment (ISO 12100)."
 )

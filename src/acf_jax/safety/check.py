@@ -8,13 +8,16 @@ import numpy as np
 from scipy.stats import norm
 
 from acf_jax.contact.body import Body
+from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
-from acf_jax.contact.peak import ClosedForm
+from acf_jax.contact.peak import RIG, ClosedForm
 from acf_jax.contact.read import by_surrogate
+from acf_jax.contact.stop import LONGEST, Stop, ending_conflict, latest_stop, stop_of, stop_words
 from acf_jax.design.boundary import first_failure
+from acf_jax.diagnosis.predict import LONGEST as LONGEST_TRACE
 from acf_jax.safety import standard
 from acf_jax.safety.assumptions import cautions
-from acf_jax.safety.infer import Inferred, Way, exact_way, quick_way, trained_way
+from acf_jax.safety.infer import Inferred, Way, bound, compiled, exact_way, quick_way, trained_way, whole
 from acf_jax.safety.limits import BodyArea, body_of, limits_of
 from acf_jax.safety.situation import CONFIDENCE, Situation, situation_faults
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
@@ -22,25 +25,40 @@ from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 Verdict = Literal["allowed", "not allowed", "not decidable"]
 SEVERITY: dict[Verdict, int] = {"allowed": 0, "not decidable": 1, "not allowed": 2}
 NEAR = 1e-3  # of the limit: nearer to it the exact model decides
+OPEN_END = (
+    "it is not stated how the contact ends, and the force can pass the limit as long as the robot goes on"
+)
+LATE = (
+    f"the robot stops later than {LONGEST_TRACE * 1e3:.0f} ms after contact: the model is one of the impact, and for"
+    " what follows it is only continued"
+)
 FASTER = "faster than v_max of the standard's formula: the flange's stroke has to keep the robot's mass away"
 
 
 class Answer(NamedTuple):
-    """The verdict on one situation with everything it rests on."""
+    """The verdict on one situation with everything it rests on; None is what was not decided or does not exist."""
 
     situation: Situation
     area: BodyArea  # of those that the situation names, the one that decides
     verdict: Verdict
     reasons: tuple[str, ...]
-    cautions: tuple[str, ...]  # what makes the verdict weaker than it looks
-    force: float | None  # N, expected peak of the contact force
-    upper: float | None  # N, not exceeded with the stated confidence
-    force_limit: float | None  # N
-    pressure: float | None  # N/cm^2, upper force over the area; None: not decided
-    pressure_limit: float | None  # N/cm^2
-    pressure_verdict: Verdict | None  # of the pressure alone; None: not decided
-    standard_speed: float | None  # m/s, by the standard's formula; None: clamped, or no masses are given
     decided_by: str  # surrogate, exact model, simulation, rule
+    cautions: tuple[str, ...] = ()  # what makes the verdict weaker than it looks
+    force: float | None = (
+        None  # N, expected until the contact has ended; where that is open, of its first peak
+    )
+    upper: float | None = None  # N, not exceeded with the stated confidence
+    lasting: float | None = None  # N, F_P + k_F x of a clamped contact once the robot has stopped
+    force_limit: float | None = None  # N
+    pressure: float | None = None  # N/cm^2, upper force over the area
+    pressure_limit: float | None = None  # N/cm^2
+    pressure_verdict: Verdict | None = None  # of the pressure alone
+    standard_speed: float | None = (
+        None  # m/s, by the standard's formula; None: clamped, or no masses are given
+    )
+    stop_by: float | None = (
+        None  # s, the robot must have stopped by then; infinite: not within what was looked at
+    )
 
 
 class HighestSpeed(NamedTuple):
@@ -74,11 +92,12 @@ class Checker:
         self.model = model
         # taken out once: each look into a module costs microseconds, which a check counts
         self.theta, self.tried = tuple(np.asarray(model.main.theta).tolist()), model.tried
-        self.verdict = model.verdict
+        self.verdict, self.k_f = model.verdict, float(model.main.theta[RIG.index("k_f")])
         self.confidence = confidence
         self.lasting = 1 + float(norm.ppf(confidence)) * float(model.relative[-1])
-        self.exact = exact_way(model, confidence)
+        self.exact, self.whole = exact_way(model, confidence), compiled(whole(model, confidence))
         has_closed_form = isinstance(model.main.peak, ClosedForm)
+        self.bound = compiled(bound(model, confidence)) if has_closed_form else None
         self.quick: Way | None = None
         if isinstance(surrogate, CorrectedSurrogate):
             self.quick = trained_way(by_surrogate(model, surrogate), confidence)
@@ -90,12 +109,21 @@ class Checker:
     def __call__(self, situation: Situation) -> Answer:
         """The verdict on one situation: the worst over the areas that it names.
 
-        Allowed: the force that is not exceeded with the stated confidence is below every limit. Not allowed: the
-        expected force is above one, or contact with the area is never permissible. Not decidable: everything else,
-        and whatever lies outside the range that the model was tried in.
+        Allowed: the force that is not exceeded with the stated confidence is below every limit until the contact has
+        ended, or for ever where it is not stated how it ends. Not allowed: the expected force is above one, or contact
+        with the area is never permissible. Not decidable: everything else, and whatever lies outside the range that the
+        model was tried in. Where it is not allowed, `stop_by` says when the robot would have to have stopped.
 
         **Raises:** `ValueError` for a situation that cannot be: a negative speed, a contact that is no kind of one.
         """
+        answer = self.judge(situation)
+        if answer.verdict == "allowed" or answer.force_limit is None or self._unanswerable(situation):
+            return answer
+        stop_by = self._stop_by(situation, answer)
+        return answer._replace(stop_by=stop_by, reasons=(*answer.reasons, _advice(situation, stop_by)))
+
+    def judge(self, situation: Situation) -> Answer:
+        """The same verdict without looking for `stop_by`, which takes a search: for loops and controllers."""
         if faults := situation_faults(situation):
             raise ValueError("; ".join(faults))
         return self._answer(situation)
@@ -120,9 +148,7 @@ class Checker:
         for area in s.areas:
             if not area.is_permissible:
                 never = f"contact with {area.region.lower()} is not permissible, whatever the force"
-                return Answer(
-                    s, area, "not allowed", (never,), (), None, None, None, None, None, "not allowed", None, "rule"
-                )  # fmt: skip
+                return Answer(s, area, "not allowed", (never,), "rule", pressure_verdict="not allowed")
         known: dict[tuple[Body, str], Inferred] = {}  # areas of one region often share their mechanics
         answers = [self._of_area(s, area, known) for area in s.areas]
         return max(answers, key=_severity) if len(answers) > 1 else answers[0]
@@ -131,10 +157,16 @@ class Checker:
         force_limit, pressure_limit = limits_of(area, s.contact)
         lowest = _lowest_limit(s, force_limit, pressure_limit)
         found, way = self._infer(s, body_of(area, s.contact), lowest, known)
-        force, above = (found.force, found.upper) if found.has_peak else (None, None)
+        if not s.ending.is_known and found.exists and found.upper <= lowest:
+            later = self._bound(s, body_of(area, s.contact), known)
+            is_open = later > lowest
+            found = found if is_open else found._replace(upper=max(found.upper, later))
+        else:
+            is_open = False
+        force, above = (found.force, found.upper) if found.exists else (None, None)
         pressure = above / s.contact_area if above is not None and s.contact_area else None
         of_pressure: Verdict | None = None
-        if reasons := self._unanswered(s, found):
+        if reasons := [*self._unanswerable(s), *self._unanswered(s, found)]:
             verdict: Verdict = "not decidable"
             if pressure is not None and pressure_limit is not None:
                 of_pressure = verdict
@@ -144,47 +176,89 @@ class Checker:
                 lasting, share = area.pressure or 0.0, 1 / s.contact_area
                 judged.append(self._judge(s, found, "pressure", "N/cm^2", share, pressure_limit, lasting))
                 of_pressure = judged[-1][0]
+            if is_open:
+                judged.append(("not decidable", [OPEN_END]))
             verdict = max((one for one, _ in judged), key=SEVERITY.__getitem__)
             reasons = [reason for one, why in judged if one == verdict for reason in why]
         speed = standard_speed(s, area, lowest)
         faster = FASTER if speed is not None and s.v_e > speed else ""
-        cautions = (*self.cautions, *filter(None, (area.caution, faster)))
+        stop = stop_of(s.ending, s.v_e)
+        late = LATE if LONGEST_TRACE < stop.time < np.inf else ""
+        cautions = (*self.cautions, *filter(None, (area.caution, faster, late)))
+        lasting_force = None
+        if s.contact == "quasi_static" and stop.travel < np.inf:
+            lasting_force = s.f_p + self.k_f * stop.travel
         return Answer(
-            s, area, verdict, tuple(reasons), cautions, force, above, force_limit, pressure, pressure_limit,
-            of_pressure, speed, way,
+            s, area, verdict, tuple(reasons), way, cautions, force, above, lasting_force, force_limit, pressure,
+            pressure_limit, of_pressure, speed,
         )  # fmt: skip
+
+    def _ask(
+        self, way: Way, name: str, s: Situation, body: Body, known: dict[tuple[Body, str], Inferred]
+    ) -> Inferred:
+        if (found := known.get((body, name))) is None:
+            found = known[body, name] = way(np.array([*self.theta, s.v_e, s.f_p, *body, *s.ending]))
+        return found
 
     def _infer(
         self, s: Situation, body: Body, limit: float, known: dict[tuple[Body, str], Inferred]
     ) -> tuple[Inferred, str]:
-        def by(way: Way, name: str) -> Inferred:
-            if (found := known.get((body, name))) is None:
-                found = known[body, name] = way(np.array([*self.theta, s.v_e, s.f_p, *body]))
-            return found
+        """The first peak of a contact whose end is open; otherwise the largest force until it has ended."""
+        first, name = self._first_peak(s, body, limit, known)
+        if not s.ending.is_known:
+            return first, name
+        above = self._bound(s, body, known)
+        if above <= limit and first.is_known:
+            return first._replace(force=min(first.force, above), upper=above), name
+        return self._ask(self.whole, "whole", s, body, known), self.exact_name
 
+    def _first_peak(
+        self, s: Situation, body: Body, limit: float, known: dict[tuple[Body, str], Inferred]
+    ) -> tuple[Inferred, str]:
         if self.quick is not None:
-            found = by(self.quick, "surrogate")
+            found = self._ask(self.quick, "surrogate", s, body, known)
             near = found.lower <= limit * (1 + NEAR) and found.upper >= limit * (1 - NEAR)
             if found.is_known and not near:
                 return found, "surrogate"
-        return by(self.exact, self.exact_name), self.exact_name
+        return self._ask(self.exact, self.exact_name, s, body, known), self.exact_name
 
-    def _unanswered(self, s: Situation, found: Inferred) -> list[str]:
-        """Why the model does not tell the force."""
+    def _bound(self, s: Situation, body: Body, known: dict[tuple[Body, str], Inferred]) -> float:
+        """What the force does not exceed until the contact has ended, N; infinite where no bound is known."""
+        if self.bound is None:
+            return np.inf
+        found = self._ask(self.bound, "bound", s, body, known)
+        return found.upper if found.is_known else np.inf
+
+    def _stop_by(self, s: Situation, answer: Answer) -> float | None:
+        """When the robot must have stopped at the latest, at its speed until then."""
+        body = body_of(answer.area, s.contact)
+        limit = _lowest_limit(s, *limits_of(answer.area, s.contact))
+
+        def keeps(time: float) -> bool:
+            found = self.whole(np.array([*self.theta, s.v_e, s.f_p, *body, *Ending(stop_after=time)]))
+            return found.is_known and found.upper <= limit
+
+        return latest_stop(keeps)
+
+    def _unanswerable(self, s: Situation) -> list[str]:
+        """Why no force could decide."""
         beyond = self.tried.beyond(s.v_e, s.f_p) if self.tried else []
         reasons = [f"{fault}: never allowed by extrapolation" for fault in beyond]
         if self.verdict == "insufficient_data":
             reasons.append(self.model.doubt)
-        if not found.has_peak:
-            reasons.append(
-                "the model has no answer: the force keeps rising without a first peak" + self._too_stiff
-            )
-        elif not found.is_known or not math.isfinite(found.upper):
-            reasons.append(
-                "within what its parameters and explanations leave open, the model has no answer: the force may keep"
-                " rising without a first peak" + self._too_stiff
-            )
+        if fault := ending_conflict(self.model, s.ending, s.v_e):
+            reasons.append(fault)
         return reasons
+
+    def _unanswered(self, s: Situation, found: Inferred) -> list[str]:
+        """Why the model does not tell the force."""
+        if found.exists and found.is_known and math.isfinite(found.upper):
+            return []
+        within = "" if not found.exists else "within what its parameters and explanations leave open, "
+        if s.ending.is_known:
+            return [f"{within}the force cannot be followed until the robot has stopped"]
+        rises = "the force may keep rising" if found.exists else "the force keeps rising"
+        return [f"{within}the model has no answer: {rises} without a first peak{self._too_stiff}"]
 
     @property
     def _too_stiff(self) -> str:
@@ -230,6 +304,15 @@ def _severity(a: Answer) -> tuple[int, float]:
         if value is not None and limit
     ]
     return SEVERITY[a.verdict], max(used, default=np.inf)
+
+
+def _advice(s: Situation, stop_by: float | None) -> str:
+    """By when the robot would have to have stopped."""
+    if stop_by is None:
+        return "no stop is soon enough"
+    if stop_by == np.inf:
+        return f"for {LONGEST:g} s the force keeps the limit; state by when the robot has stopped"
+    return f"the robot must have stopped within {stop_words(Stop(stop_by, stop_by * s.v_e))} of first contact"
 
 
 def standard_speed(s: Situation, area: BodyArea, force_limit: float) -> float | None:

@@ -1,4 +1,4 @@
-"""The peak force of one impact with its bounds, compiled once: the quick way and the exact way."""
+"""The force of one contact with its bounds, compiled once: its first peak, and all until the contact has ended."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,24 +9,31 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
-from acf_jax.contact.bound import Interval, Law, bounded
+from acf_jax.contact.bound import Bounded, Interval, Law, bounded
+from acf_jax.contact.braking import stopping_time, stopping_travel
+from acf_jax.contact.ended import ended
+from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import ClosedForm, Trained, coupled
+from acf_jax.model.until import carried_force, force_bound, free_body_bound
 from acf_jax.safety.certificate import certified_peak
 from acf_jax.surrogate import Surrogate
 
 
 class Inferred(NamedTuple):
-    """lower <= peak force <= force for the parameters' best values, and what those leave open."""
+    """lower <= force looked for <= force for the parameters' best values, and what those leave open."""
 
     lower: float  # N
     force: float  # N
     upper: float  # N, not exceeded with the stated confidence
-    has_peak: bool  # at the best values; elsewhere the figures are stand-ins
+    exists: bool  # at the best values; elsewhere the figures are stand-ins
     is_known: bool  # the way that was taken holds wherever the parameters may lie
 
 
-Way = Callable[[np.ndarray], Inferred]  # of z, then the body's compliance and mobility
+Way = Callable[[np.ndarray], Inferred]  # of z, then the body's compliance and mobility, then the ending
+Program = Callable[
+    [Float[Array, " p+6"]], Float[Array, "5"]
+]  # the same before it is compiled; `Bounded` in an array
 
 
 def exact_way(model: ContactModel, confidence: float) -> Way:
@@ -42,7 +49,8 @@ def quick_way(model: ContactModel, confidence: float, surrogate: Surrogate) -> W
     def law(z: Float[Array, " p"], body: Body) -> Interval:
         rig, impact = coupled(z, body)
         found = certified_peak(surrogate, rig, impact)
-        return Interval(found.lower, found.upper, found.holds & surrogate.box.has(rig, impact).all())
+        known = found.holds & surrogate.box.has(rig, impact).all()
+        return Interval(found.lower[None], found.upper[None], known)
 
     return _compiled(model, confidence, law)
 
@@ -56,21 +64,60 @@ def trained_way(model: ContactModel, confidence: float) -> Way:
 
     def law(z: Float[Array, " p"], body: Body) -> Interval:
         peak = trained(z, body)
-        return Interval(peak.force * (1 - error) / (1 + error), peak.force, peak.exists)
+        force = peak.force[None]
+        return Interval(force * (1 - error) / (1 + error), force, peak.exists)
 
     return _compiled(model, confidence, law)
 
 
-def _compiled(model: ContactModel, confidence: float, law: Law | None = None) -> Way:
-    bound = bounded(model, confidence, law)
+def whole(model: ContactModel, confidence: float) -> Program:
+    """The largest force until the contact has ended, by closed form and simulation."""
+    return _joined(lambda z, body, ending: bounded(ended(model, ending), confidence)(z, body))
 
-    # one array in, one array out: what a call costs is the number of its arguments
-    @jax.jit
-    def program(x: Float[Array, " p+4"]) -> Float[Array, "5"]:
-        return jnp.stack([jnp.asarray(y, float) for y in bound(x[:-2], Body(x[-2], x[-1]))])
+
+def bound(model: ContactModel, confidence: float) -> Program:
+    """What no force until the contact has ended exceeds, be it lost and hit again: in closed form, and from above.
+
+    For the paper's model; of a robot that brakes it knows nothing.
+    """
+
+    def found(z: Float[Array, " p"], body: Body, ending: Ending) -> Bounded:
+        def law(z: Float[Array, " p"], body: Body) -> Interval:
+            rig, impact = coupled(z, body)
+            time, travel = (f(ending, impact.v_e) for f in (stopping_time, stopping_travel))
+            is_free = body.mobility > 0
+            free = free_body_bound(rig, impact, 1 / jnp.where(is_free, body.mobility, 1.0))
+            swinging = jnp.where(is_free, free, force_bound(rig, impact, time))
+            swinging = jnp.where(jnp.isfinite(ending.deceleration), jnp.inf, swinging)
+            above = jnp.stack([swinging, jnp.where(is_free, 0.0, carried_force(rig, impact, travel))])
+            return Interval(above, above, jnp.isfinite(above).all())
+
+        return bounded(model, confidence, law)(z, body)
+
+    return _joined(found)
+
+
+def _compiled(model: ContactModel, confidence: float, law: Law | None = None) -> Way:
+    first_peak = bounded(model, confidence, law)
+    return compiled(_joined(lambda z, body, _: first_peak(z, body)))
+
+
+def _joined(found: Callable[[Float[Array, " p"], Body, Ending], Bounded]) -> Program:
+    """One array in, one array out: what a call costs is the number of its arguments."""
+
+    def program(x: Float[Array, " p+6"]) -> Float[Array, "5"]:
+        answer = found(x[:-6], Body(*x[-6:-4]), Ending(*x[-4:]))
+        return jnp.stack([jnp.asarray(y, float) for y in answer])
+
+    return program
+
+
+def compiled(program: Program) -> Way:
+    """The program of one contact as a function of NumPy arrays."""
+    quick = jax.jit(program)
 
     def infer(x: np.ndarray) -> Inferred:
-        lower, force, upper, has_peak, is_known = np.asarray(program(x)).tolist()
-        return Inferred(lower, force, upper, bool(has_peak), bool(is_known))
+        lower, force, upper, exists, is_known = np.asarray(quick(x)).tolist()
+        return Inferred(lower, force, upper, bool(exists), bool(is_known))
 
     return infer

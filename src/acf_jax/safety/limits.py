@@ -2,6 +2,8 @@
 
 import difflib
 import functools
+import unicodedata
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,10 +11,10 @@ from acf_jax.contact.body import Body
 from acf_jax.dataset.table import Row, Table, read_table
 from acf_jax.dataset.units import Limit
 from acf_jax.errors import InputError, shown
-from acf_jax.safety.head import is_of_head
 
 SHIPPED = Path(__file__).with_name("iso_ts_15066.csv")
 STANDARD = "ISO/TS 15066:2016"
+SOURCE = f"{STANDARD} (contents of ISO 10218-2:2025)"
 TEXT = ("body_region", "specific_location")
 # twice to ten times what the standard's areas span: beyond it a value is in another unit
 NEEDED = {
@@ -45,7 +47,7 @@ class BodyArea(NamedTuple):
     @property
     def is_permissible(self) -> bool:
         """Contact with head or face never is, whatever a file says."""
-        return self.force_factor is not None and not is_of_head(self.region, self.name, self.number)
+        return self.force_factor is not None and self.region not in _barred_regions()
 
     @property
     def transient_force(self) -> float:
@@ -88,18 +90,16 @@ class Limits(NamedTuple):
                 )
             if found:
                 return tuple(found)
-        if is_of_head(wanted):
-            raise InputError(
-                f"body area {shown(name)} is not in {self.source}; contact with the head is never permissible, write"
-                " 'Skull and forehead' or 'Face' to have it said"
-            )
         names = [a.name for a in self.areas]
         words = {
             n.lower(): n for n in (*names, *(a.region for a in self.areas), *(n.split()[0] for n in names))
         }
         close = difflib.get_close_matches(wanted, words, n=1, cutoff=0.6)
         hint = f"did you mean '{words[close[0]]}'?" if close else f"known are {', '.join(names)}"
-        raise InputError(f"body area {shown(name)} is not in {self.source}; {hint}")
+        raise InputError(
+            f"body area {shown(name)} is not in {self.source}; {hint} (contact with skull, forehead and face, eyes and"
+            " ears and teeth included, is never permissible)"
+        )
 
 
 def _begins(area: BodyArea, wanted: str) -> bool:
@@ -126,12 +126,46 @@ def read_limits(path: Path | None = None) -> Limits:
 
 @functools.cache
 def _standard() -> Limits:
-    return Limits(STANDARD, tuple(_read(SHIPPED)))
+    return Limits(SOURCE, tuple(_read(SHIPPED)))
+
+
+@functools.cache
+def _barred_regions() -> frozenset[str]:
+    """Regions of the standard with an area that must not be touched."""
+    return frozenset(a.region for a in _standard().areas if a.force_factor is None)
+
+
+def _region(table: Table, row: Row) -> str:
+    """The standard's region of a user's area: head or face where anything of the row says so, else by name or number.
+
+    What an area is called says nothing about where it lies, in whatever language; so an area that is none of the
+    standard's has to name its region.
+    """
+    own, given = (_plain(row.cells[column]) for column in ("specific_location", "body_region"))
+    number = row.cells.get("area_number", "").lstrip("0")
+    standard = _standard().areas
+    meant = [a.region for a in standard if own == _plain(a.name)]
+    meant += [a.region for a in standard if number and number == a.number]
+    meant += [a.region for a in standard if given == _plain(a.region)]
+    if not meant:
+        regions = dict.fromkeys(a.region for a in standard)
+        table.fault(
+            f"row {row.number}",
+            f"body_region {shown(row.cells['body_region'])} is no region of {STANDARD}; name the one in which"
+            f" {shown(row.cells['specific_location'])} lies: {', '.join(regions)}",
+        )
+        return ""
+    return next((region for region in meant if region in _barred_regions()), meant[0])
+
+
+def _plain(text: str) -> str:
+    return " ".join(unicodedata.normalize("NFKC", text).casefold().split())
 
 
 def _read(path: Path) -> list[BodyArea]:
     table = read_table(path, (*TEXT, *NEEDED, *OPTIONAL))
-    areas = [area for row in table.rows if (area := _area(table, row))] if not table.faults else []
+    region = _region if path != SHIPPED else lambda _, row: row.cells["body_region"]
+    areas = [area for row in table.rows if (area := _area(table, row, region))] if not table.faults else []
     for name in {a.name.lower() for a in areas}:
         same = [a for a in areas if a.name.lower() == name]
         if len(same) > 1:
@@ -143,23 +177,23 @@ def _read(path: Path) -> list[BodyArea]:
     return areas
 
 
-def _area(table: Table, row: Row) -> BodyArea | None:
+def _area(table: Table, row: Row, region: Callable[[Table, Row], str]) -> BodyArea | None:
     values: dict[str, float | None] = {}
     before = len(table.faults)
-    for column in TEXT:
-        if not row.cells[column]:
-            table.fault(f"row {row.number}", f"{column} is empty; name it")
+    if not row.cells["specific_location"]:
+        table.fault(f"row {row.number}", "specific_location is empty; name it")
     for column, limit in (NEEDED | OPTIONAL).items():
         is_absent = column in OPTIONAL and not row.cells[column]
         value = values[column] = None if is_absent else table.number(row, column)
         if value is not None and (fault := limit.fault(value)):
             table.fault(f"row {row.number}", f"{column} {fault}")
+    lies_in = region(table, row)
     if len(table.faults) > before:
         return None
     force, spring, mass = (float(values[column] or 0.0) for column in NEEDED)
     pressure, force_factor, pressure_factor = (values[column] for column in OPTIONAL)
     return BodyArea(
-        row.cells["body_region"],
+        lies_in,
         row.cells["specific_location"],
         row.cells.get("area_number", ""),
         force,
@@ -175,7 +209,10 @@ def _compared(area: BodyArea) -> BodyArea:
     """The area with a caution where it is not the standard's, or above the standard's limits."""
     of_name = [a for a in _standard().areas if a.name.lower() == area.name.lower()]
     if not of_name:
-        return area._replace(caution=f"'{area.name}' is no area of {STANDARD}: its limits are the user's own")
+        return area._replace(
+            caution=f"'{area.name}' is no area of {STANDARD}: its limits are the user's own, and so is its place in"
+            f" {area.region}"
+        )
     (own,) = of_name
     rows = (
         ("N clamped", area.force, own.force),

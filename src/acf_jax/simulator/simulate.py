@@ -20,19 +20,19 @@ class Response(NamedTuple):
     contact: Float[Array, " samples"]  # N, what acts between robot and flange
 
 
-class _State(NamedTuple):
+class State(NamedTuple):
     x: Scalar
     x_dot: Scalar
     own: tuple[tuple[Scalar, ...], ...]  # of each effect; as vectors, XLA would compute every entry with each
 
 
-def at_rest(effects: tuple[AbstractEffect, ...]) -> _State:
+def at_rest(effects: tuple[AbstractEffect, ...]) -> State:
     """The state at first contact."""
     zero = jnp.zeros(())
-    return _State(zero, zero, tuple((zero,) * e.n_own for e in effects))
+    return State(zero, zero, tuple((zero,) * e.n_own for e in effects))
 
 
-def _add(a: _State, b: _State, scale: Scalar | float) -> _State:
+def _add(a: State, b: State, scale: Scalar | float) -> State:
     return jax.tree.map(lambda p, q: p + scale * q, a, b)
 
 
@@ -44,12 +44,12 @@ class System(NamedTuple):
     effects: tuple[AbstractEffect, ...]
     pull: Scalar
 
-    def _with_own(self, y: _State) -> list[tuple[AbstractEffect, Float[Array, " _"]]]:
+    def _with_own(self, y: State) -> list[tuple[AbstractEffect, Float[Array, " _"]]]:
         """Each effect with the vector of its own state."""
         return [(e, jnp.array(q, float)) for e, q in zip(self.effects, y.own, strict=True)]
 
     @jax.jit  # traced once, not at each of the places that call it
-    def motion(self, t: Scalar, y: _State) -> Motion:
+    def motion(self, t: Scalar, y: State) -> Motion:
         """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
         rig, impact = self.rig, self.impact
         own = self._with_own(y)
@@ -64,15 +64,15 @@ class System(NamedTuple):
         return motion._replace(f_c=jnp.where(f_c > 0, f_c, self.pull * f_c))
 
     @jax.jit
-    def rates(self, t: Scalar, y: _State, free: Scalar) -> _State:
+    def rates(self, t: Scalar, y: State, free: Scalar) -> State:
         """Equation (1) with effects; `free` is the share of the step for which the flange is off its stop."""
         rig, motion = self.rig, self.motion(t, y)
         own = self._with_own(y)
         force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in own)
         x_ddot = free * (force - rig.d * y.x_dot - rig.k_f * y.x) / rig.m
-        return _State(free * y.x_dot, x_ddot, tuple(tuple(e.rates(motion, x_ddot, q)) for e, q in own))
+        return State(free * y.x_dot, x_ddot, tuple(tuple(e.rates(motion, x_ddot, q)) for e, q in own))
 
-    def free_share(self, t: Scalar, h: Scalar, y: _State) -> Scalar:
+    def free_share(self, t: Scalar, h: Scalar, y: State) -> Scalar:
         """Share of the step after the contact force has passed the force that releases a held flange."""
         holding = [f for e in self.effects if (f := e.release_force(self.impact)) is not None]
         if not holding:
@@ -88,7 +88,7 @@ class System(NamedTuple):
         crossing = jnp.where(beyond < 0, 0.0, beyond / rising)
         return jnp.where(is_held, crossing, 1.0)
 
-    def step(self, t: Scalar, h: Scalar, y: _State, free: Scalar) -> _State:
+    def step(self, t: Scalar, h: Scalar, y: State, free: Scalar) -> State:
         """The classical Runge-Kutta method of order four; a flange released within the step moves from then on."""
         span = jnp.where(free > 0, free, 1.0) * h
         t = t + (h - span)
@@ -102,7 +102,7 @@ class System(NamedTuple):
 class Moving(NamedTuple):
     """What goes from one step to the next."""
 
-    y: _State
+    y: State
     released: Bool[Array, ""]
     signals: tuple[Scalar, ...]  # N, contact force, then the force after each sensor stage
     memories: tuple[

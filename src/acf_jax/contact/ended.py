@@ -1,0 +1,52 @@
+"""A contact model whose force counts until the contact has ended, not its first peak alone."""
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from acf_jax.contact.body import Body
+from acf_jax.contact.ending import Ending
+from acf_jax.contact.model import ContactModel, Variant
+from acf_jax.contact.peak import AbstractPeak, Branches, ContactPeak
+
+
+class Ended(AbstractPeak):
+    """The largest force until a stated ending, by the law itself: no surrogate has learnt what follows a first peak."""
+
+    law: AbstractPeak
+    ending: Ending
+    no_peak = "the force cannot be followed until the robot has stopped"
+
+    @property
+    def block(self) -> int:  # type: ignore[override]
+        return min(self.law.block, 64)
+
+    def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
+        found = self.branches(z, body)
+        return ContactPeak(found.force.max(), found.exists)
+
+    def branches(self, z: Float[Array, " p"], body: Body) -> Branches:
+        return self.law.until(z, body, self.ending)
+
+    def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        return self.law.until(z, body, ending)
+
+    def credits_stiffness(self) -> bool:
+        return self.law.credits_stiffness()
+
+    def is_simulated(self) -> bool:
+        return self.law.is_simulated()
+
+
+def ended(model: ContactModel, ending: Ending) -> ContactModel:
+    """The model with every explanation's force counted until the ending.
+
+    An ending of floats is part of the compiled program, one of arrays an argument of it.
+    """
+
+    def of(variant: Variant) -> Variant:
+        return eqx.tree_at(lambda v: v.peak, variant, Ended(variant.peak.original(), ending))
+
+    replaced: ContactModel = eqx.tree_at(
+        lambda m: (m.main, m.others), model, (of(model.main), tuple(map(of, model.others)))
+    )
+    return replaced

@@ -1,0 +1,101 @@
+"""What follows the first peak: the largest contact force until a time, and what no rebound exceeds.
+
+With k_F > 0 the force rises again as the robot goes on. docs/theory.md proves both statements below.
+"""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from acf_jax.model.crossing import find_crossing
+from acf_jax.model.peak import reduce
+from acf_jax.model.response import contact_force
+from acf_jax.model.rig import Impact, Rig
+
+Scalar = Float[Array, ""]
+MOST_PERIODS = 1e6  # beyond it no peak is left that counts
+
+
+def largest_force_until(rig: Rig, impact: Impact, t: Scalar) -> Scalar:
+    """The largest contact force of the paper's equations within [0, t], in closed form.
+
+    The maxima of F_C, a period P = 2 pi/nu apart, solve s(sigma) = r e^{zeta n omega P}, each in the bracket of the
+    first one. Their forces fall and then rise, never the other way round, so that only these five can be the largest:
+    F_C(0), the first maximum, the last two before t, and F_C(t).
+
+    **Arguments:** `rig`, `impact`: one sample. `t`: s, scalar, may be infinite.
+
+    **Returns:** N, scalar; infinite where the force rises for ever and t is infinite. First derivatives are exact.
+
+    **Example:**
+
+        >>> rig = Rig(m=0.54, d=0.7, k_f=9500.0, k_c=35800.0)
+        >>> float(largest_force_until(rig, Impact(v_e=0.98, f_p=8.0), 0.03))  # twice the first peak, of 139 N
+        296.8
+    """
+    found = reduce(rig, impact)
+    crossing, omega = found.crossing, rig.omega
+    is_swinging = crossing.eta_squared > 0
+    period = 2 * jnp.pi / jnp.sqrt(jnp.where(is_swinging, crossing.eta_squared, 1.0))
+    end = jnp.where(jnp.isfinite(t), t, 0.0)
+    growth = crossing.zeta * period  # of ln r from one maximum to the next
+    left = -jnp.log(jnp.maximum(crossing.ratio, jnp.finfo(growth.dtype).tiny))
+    there_are = jnp.where(growth > 0, jnp.floor(left / jnp.where(growth > 0, growth, 1.0)), MOST_PERIODS)
+    begun = jnp.floor((omega * end - found.tau_0) / period)
+    last = jnp.where(is_swinging, jnp.clip(begun, 0.0, jnp.minimum(there_are, MOST_PERIODS)), 0.0)
+
+    def maximum(n: Scalar) -> Scalar:
+        ratio = jnp.minimum(crossing.ratio * jnp.exp(growth * n), 1.0)
+        sigma = find_crossing(crossing._replace(ratio=ratio))
+        at = jax.lax.stop_gradient((found.tau_0 + n * period + sigma) / omega)  # stationary there
+        is_there = found.has_peak & (at <= t)
+        return jnp.where(is_there, contact_force(rig, impact, jnp.where(is_there, at, 0.0)), impact.f_p)
+
+    maxima = [maximum(n) for n in (jnp.zeros_like(last), jnp.maximum(last - 1, 0.0), last)]
+    rises = rig.k_f * impact.v_e > 0
+    at_the_end = jnp.where(
+        jnp.isfinite(t), contact_force(rig, impact, end), jnp.where(rises, jnp.inf, impact.f_p)
+    )
+    largest: Scalar = jnp.stack([impact.f_p, *maxima, at_the_end]).max()
+    return largest
+
+
+def carried_force(rig: Rig, impact: Impact, travel: Scalar) -> Scalar:
+    """F_P + k_F v t + d v, N: what a flange that has gone along with the robot for v t presses with.
+
+    Eq. (1) knows F_P as the contact's preload only; the actuator presses with it as long as the contact lasts.
+    **Arguments:** `travel`: v t, m.
+    """
+    spring = jnp.where(rig.k_f > 0, rig.k_f * travel, 0.0)
+    return impact.f_p + spring + rig.d * impact.v_e
+
+
+def force_bound(rig: Rig, impact: Impact, t: Scalar) -> Scalar:
+    """A force that the contact does not exceed within [0, t], whether it is lost and hits again or holds and pulls.
+
+        F <= L + sqrt((L - F_P)^2 - F_P^2 + (k_C m v^2 + F_P^2) R),   L = d v + k_F v t,
+        R = (d + k_F t)/(d + k_F t_0)
+
+    from the energy in the robot's frame, with t_0 = tau_0/omega, before which no contact can be lost.
+
+    **Arguments:** as of `largest_force_until`.
+
+    **Returns:** N, scalar; infinite where t is and k_F v > 0.
+    """
+    t_0 = reduce(rig, impact).tau_0 / rig.omega
+    is_loading = rig.k_f * impact.v_e > 0
+    bound_t = jnp.where(is_loading, jnp.maximum(t, t_0), t_0)
+    load = rig.d * impact.v_e + rig.k_f * impact.v_e * bound_t
+    carrying = rig.d + rig.k_f * t_0
+    growth = jnp.where(is_loading, (rig.d + rig.k_f * bound_t) / jnp.where(carrying > 0, carrying, 1.0), 1.0)
+    energy = (rig.k_c * rig.m * impact.v_e**2 + impact.f_p**2) * growth  # times 2 k_C
+    # (L - F_P)^2 - F_P^2 without the difference of large numbers
+    return load + jnp.sqrt(load * (load - 2 * impact.f_p) + energy)
+
+
+def free_body_bound(rig: Rig, impact: Impact, body_mass: Scalar) -> Scalar:
+    """sqrt(F_P^2 + k_C m_H v^2), N: no contact with a free body of mass m_H that comes with v exceeds it at any time.
+
+    The body brings its kinetic energy, the preload its own; damping only takes from them.
+    """
+    return jnp.sqrt(impact.f_p**2 + rig.k_c * body_mass * impact.v_e**2)

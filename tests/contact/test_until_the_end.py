@@ -1,0 +1,141 @@
+"""The force until a contact has ended, against an integration of the two bodies' own equations."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from acf_jax.contact.body import Body
+from acf_jax.contact.braking import Braking, stopping_time, stopping_travel
+from acf_jax.contact.ended import ended
+from acf_jax.contact.ending import OPEN, Ending, ending_faults
+from acf_jax.contact.model import forces
+from acf_jax.contact.peak import ClosedForm, Simulated
+from acf_jax.contact.read import of_diagnosis, of_rig
+from acf_jax.contact.stop import ending_conflict, latest_stop, stop_of, stop_words
+from acf_jax.model import Impact, Rig
+from tests.corrected import gap_model
+
+RIG = {"m": 1.9, "d": 20.0, "k_f": 3000.0, "k_c": 6e4}
+CLAMPED, HAND = Body(1 / 75e3, 0.0), Body(1 / 75e3, 1 / 0.6)
+
+
+def robot(v: float, ending: Ending, t: float) -> float:
+    """How far the robot has come."""
+    if t <= ending.reaction:
+        return v * t
+    since = min(t - ending.reaction, v / ending.deceleration)
+    return v * (ending.reaction + since) - ending.deceleration * since**2 / 2
+
+
+def integrated(v: float, f_p: float, body: Body, ending: Ending, end: float, pulls: bool) -> float:
+    """The largest contact force within [0, end]; with `pulls` a contact that would be lost holds and pulls."""
+    m, d, k_f, k_c = RIG.values()
+    k = k_c / (1 + k_c * body.compliance)
+
+    def force(t: float, s: np.ndarray) -> float:
+        f = k * (robot(v, ending, t) - s[0] - s[2]) + f_p
+        return f if pulls else max(f, 0.0)
+
+    def rates(t: float, s: np.ndarray) -> list[float]:
+        f = force(t, s)
+        return [s[1], (f - d * s[1] - k_f * s[0]) / m, s[3], f * body.mobility]
+
+    found = solve_ivp(
+        rates,
+        (0, end),
+        [0.0] * 4,
+        method="DOP853",
+        rtol=1e-10,
+        atol=1e-13,
+        max_step=end / 2000,
+        dense_output=True,
+    )
+    times = np.linspace(0, end, 40_001)
+    return max(force(t, s) for t, s in zip(times, found.sol(times).T, strict=True))
+
+
+@pytest.mark.parametrize("body", [CLAMPED, HAND], ids=["clamped", "free"])
+@pytest.mark.parametrize(
+    "ending",
+    [Ending(stop_after=0.006), Ending(stop_after=0.08), Ending(travel=0.01), Ending(reaction=0.02, deceleration=8.0)],
+)  # fmt: skip
+def test_the_force_until_the_end_is_the_integrated_one(body: Body, ending: Ending) -> None:
+    v, f_p = 0.4, 15.0
+    stop = stop_of(ending, v).time
+    m, k_f, k_c = RIG["m"], RIG["k_f"], RIG["k_c"]
+    # a braking robot is followed for one period more
+    end = stop + (
+        2 * np.pi / np.sqrt((k_f + k_c / (1 + k_c * body.compliance)) / m) if ending.brakes else 0.0
+    )
+    expected = max(integrated(v, f_p, body, ending, end, pulls) for pulls in (False, True))
+    if body is CLAMPED:
+        expected = max(expected, f_p + k_f * stop_of(ending, v).travel + RIG["d"] * v)
+    model = of_rig(RIG, {})
+    found, exists = forces(ended(model, ending).main.peak, model.at(v, f_p)[None], body)
+    assert (
+        exists.all() and found[0] == pytest.approx(expected, rel=1e-4) and found[0] >= expected * (1 - 1e-7)
+    )
+
+
+def test_a_lost_contact_hits_again_harder() -> None:
+    """Between two contacts the actuator's spring has been compressed by the robot's way."""
+    model = of_rig(RIG | {"d": 1.0, "k_f": 400.0}, {})
+    z, end = model.at(0.4, 0.0)[None], Ending(stop_after=0.15)
+    both = forces(ended(model, end).main.peak, z, CLAMPED)[0][0]
+    first = forces(model.main.peak, z, CLAMPED)[0][0]
+    held = float(Simulated((), np.inf).through(jnp.asarray(z[0]), CLAMPED, end, 1.0).force.max())
+    assert both > 1.02 * held > 1.02 * first
+
+
+def test_a_corrected_models_force_is_followed_too() -> None:
+    """Without an effect it is the paper's model, whose bounds it shares."""
+    law, exact = of_diagnosis(gap_model((), ())).main.peak, ClosedForm()
+    z = jnp.asarray(of_diagnosis(gap_model((), ())).at(0.3, 60.0))
+    for t in (0.004, 0.03, 0.3):
+        a, b = (x.until(z, CLAMPED, Ending(stop_after=t)) for x in (law, exact))
+        assert bool(a.exists) and float(a.force.max()) == pytest.approx(float(b.force.max()), rel=1e-3)
+
+
+def test_a_robot_stops_when_and_where_the_ending_says() -> None:
+    assert stop_of(OPEN, 0.3) == (np.inf, np.inf) and stop_of(OPEN, 0.0).travel == 0
+    assert stop_of(Ending(stop_after=0.02), 0.3) == pytest.approx((0.02, 0.006))
+    assert stop_of(Ending(travel=0.006), 0.3) == pytest.approx((0.02, 0.006))
+    assert stop_of(Ending(reaction=0.01, deceleration=3.0), 0.3) == pytest.approx((0.11, 0.003 + 0.015))
+    braking = Braking(jnp.asarray(3.0), jnp.asarray(0.01))
+    path = jax.vmap(lambda t: 0.3 * t + braking.robot_displacement(Rig(1, 0, 0, 1), Impact(0.3, 0), t, t)[0])
+    assert path(jnp.array([0.01, 0.06, 0.11, 5.0])) == pytest.approx([0.003, 0.01425, 0.018, 0.018])
+    for f in (stopping_time, stopping_travel):
+        assert np.isfinite(float(jax.grad(lambda v, f=f: f(Ending(travel=0.01), v))(0.3)))
+
+
+def test_an_ending_that_cannot_be_is_told() -> None:
+    assert not ending_faults(OPEN) and not ending_faults(Ending(reaction=0.0, deceleration=1.0))
+    for ending, part in (
+        (Ending(stop_after=-0.1), "stop_after must be positive"),
+        (Ending(stop_after=float("nan")), "stop_after must be positive"),
+        (Ending(stop_after=20.0), "ms, divide by 1000"),
+        (Ending(travel=36.0), "mm, divide by 1000"),
+        (Ending(deceleration=2.0), "deceleration and reaction belong together"),
+        (Ending(stop_after=0.1, reaction=0.1, deceleration=2.0), "give one of them"),
+    ):
+        (fault,) = ending_faults(ending)
+        assert part in fault
+    assert "--travel" in ending_faults(Ending(travel=36.0), {"travel": "--travel"})[0]
+
+
+def test_a_stroke_that_ends_first_and_a_robot_that_brakes_twice_are_conflicts() -> None:
+    model = of_rig(RIG, {})
+    assert not ending_conflict(model, Ending(stop_after=0.02, travel=0.01), 0.4)
+    assert "travels 8 mm" in ending_conflict(model, Ending(stop_after=0.02, travel=0.005), 0.4)
+    braking = of_diagnosis(gap_model(("robot_deceleration",), (5.0, 0.0, 1e-3)))
+    assert "brakes the robot itself" in ending_conflict(braking, Ending(reaction=0.1, deceleration=2.0), 0.4)
+    assert not ending_conflict(braking, Ending(stop_after=0.02), 0.4)
+
+
+def test_the_latest_stop_is_on_the_right_side() -> None:
+    assert latest_stop(lambda t: True) == np.inf and latest_stop(lambda t: False) is None
+    found = latest_stop(lambda t: t <= 0.0211)
+    assert found is not None and 0.0211 * (1 - 1e-3) < found <= 0.0211
+    assert stop_words(stop_of(Ending(stop_after=0.02119), 0.7)) == "21.1 ms or 14.8 mm"
