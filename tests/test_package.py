@@ -202,7 +202,7 @@ def test_readme_installs_every_module_that_a_test_needs():
     def brought_by(extra: str) -> set[str]:
         entries = " ".join(extras[extra])
         others = [name for names in re.findall(r"acf-jax\[(.*?)\]", entries) for name in names.split(",")]
-        return set(re.findall(r"[a-z][\w-]*", entries)).union(*map(brought_by, others))
+        return set(re.findall(r"[a-z][\w-]*", entries.lower())).union(*map(brought_by, others))
 
     sources = [file.read_text("utf-8") for file in (ROOT / "tests").rglob("*.py")]
     modules = {name for source in sources for name in re.findall(r'need_module\("(\w+)', source)}

@@ -315,14 +315,14 @@ def test_a_model_that_is_not_one_is_refused(call, tmp_path):
 
 
 def test_a_limit_holds_until_the_robot_has_stopped(call, tmp_path):
-    """Carried along for 45 mm, this flange presses with 60 N, 36 N of its spring and d v."""
+    """Carried along for 55 mm, this flange presses with 60 N, 44 N of its spring and d v."""
     rig = tmp_path / "rig.yaml"
     rig.write_text("rig: {m: 1.9, d: 60.0, k_f: 800.0, k_c: 6.0e+4}\n")
-    asked = ("--model", rig, "--f-p", "60", "--limit", "120", "--travel", "0.045", "--draws", "400", "--json")
+    asked = ("--model", rig, "--f-p", "60", "--limit", "120", "--travel", "0.055", "--draws", "400", "--json")
     (found,) = json.loads(call("speed", *asked).output)["speeds"]
-    assert found["v_e"] == pytest.approx((120 - 60 - 800 * 0.045) / 60, rel=1e-4)
-    assert found["robot_stops_within_m"] == pytest.approx(0.045)
-    assert found["robot_stops_within_s"] == pytest.approx(0.045 / found["v_e"])
+    assert found["v_e"] == pytest.approx((120 - 60 - 800 * 0.055) / 60, rel=1e-4)
+    assert found["robot_stops_within_m"] == pytest.approx(0.055)
+    assert found["robot_stops_within_s"] == pytest.approx(0.055 / found["v_e"])
 
 
 def test_an_ending_that_cannot_be_is_refused_by_every_command(call, tmp_path):

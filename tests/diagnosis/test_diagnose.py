@@ -228,7 +228,7 @@ def test_the_corners_enclose_the_conditions(conditions, corners) -> None:  # typ
         (lambda m: m.update(surplus=1), "surplus"),
         (lambda m: m["corrected"].update(effects=["magic"]), "magic"),
         (lambda m: m["corrected"]["theta"].pop(), "values"),
-        (lambda m: m["nominal"]["theta"].__setitem__(0, float("nan")), "theta"),
+        (lambda m: m["nominal"]["theta"].__setitem__(0, float("nan")), "NaN, which is no number"),
         (lambda m: m.update(step_s=0), "step_s"),
         (lambda m: m["corners"][0].__setitem__(0, 0.001), "corners"),
     ],

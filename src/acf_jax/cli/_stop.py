@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from acf_jax.contact.ending import Ending, ending_faults
+if TYPE_CHECKING:
+    from acf_jax.contact.ending import Ending
 
 OPTIONS = {
     "stop_after": "--stop-after",
@@ -29,8 +30,10 @@ def ending_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def make_ending(**given: float | None) -> tuple[Ending, list[str]]:
+def make_ending(**given: float | None) -> "tuple[Ending, list[str]]":
     """The ending that the options say, and what is wrong with it."""
+    from acf_jax.contact.ending import Ending, ending_faults
+
     ending = Ending(**{name: math.inf if value is None else value for name, value in given.items()})
     faults = [
         f"{OPTIONS[name]} must be a finite number, but is inf" for name, x in given.items() if x == math.inf
