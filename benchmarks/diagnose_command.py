@@ -8,10 +8,10 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from acf_jax.worlds import make_case, write_case
 from benchmarks.child import Spent, run_python
 from benchmarks.machine import describe
 from benchmarks.timing import summarise
+from validation.worlds import make_case, write_case
 
 SEED = 21  # draws ten conditions, two trials of each, none of them faulty
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from acf_jax.dataset import GapDataset, Measurement, Prior, RigPrior, Trace, Trial
-from acf_jax.worlds import Impact, find_world, make_case
+from validation.worlds import Impact, find_world, make_case
 
 SEED = 13  # draws ten conditions, so that 20 trials are two of each
 DISTANCE = 40.0  # whitened distance of the hidden cause: clear, as in docs/worlds.md

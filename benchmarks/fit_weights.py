@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from acf_jax.blind.calibration import calibrate
 from acf_jax.diagnosis.score import (
     UNKNOWN,
     WEIGHTS,
@@ -29,6 +28,7 @@ from acf_jax.diagnosis.score import (
     probabilities,
 )
 from benchmarks.evidence import Case, read_cases
+from validation.blind.calibration import calibrate
 
 LEAST = -12.0  # log probability of a truth below which a case costs no more: it is lost either way
 

@@ -30,7 +30,7 @@ class Cost(NamedTuple):
 
 def draw(folder: Path, count: int) -> None:
     """So many data sets of rigs with dry friction."""
-    from acf_jax.worlds import make_case, write_data
+    from validation.worlds import make_case, write_data
 
     cases = [
         make_case(seed, ["coulomb_friction"], size=0.5, coloured=False) for seed in range(min(SEEDS, count))

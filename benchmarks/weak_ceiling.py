@@ -2,7 +2,7 @@
 
 python -m benchmarks.weak_ceiling --seed 2055 --cases 400 --forms 4
 
-Draws the weak effects of a blind run anew. For each the Bayes decision of `acf_jax.blind.ceiling`, which is told the
+Draws the weak effects of a blind run anew. For each the Bayes decision of `validation.blind.ceiling`, which is told the
 rig, the noise and the true form, is made at several prices: how many times more probable than none an effect has to be.
 """
 
@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from acf_jax.blind.ceiling import FORMS, signals, weigh
-from acf_jax.blind.plan import WEAK, draw_plan
-from acf_jax.worlds import find_world, make_case
 from benchmarks.machine import describe
+from validation.blind.ceiling import FORMS, signals, weigh
+from validation.blind.plan import WEAK, draw_plan
+from validation.worlds import find_world, make_case
 
 PRICES = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
 

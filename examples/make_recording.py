@@ -1,4 +1,4 @@
-"""Writes examples/session.mcap, the recording of the documentation: `python examples/make_recording.py`.
+"""Writes examples/session.mcap, the recording of the documentation: `python -m examples.make_recording`.
 
 Sixteen impacts of the rig of examples/rig, one after the other: the force at 8 kHz, the robot's twist at 125 Hz by a
 clock of its own, the pretension at 10 Hz. Contact falls anywhere between two samples.
@@ -13,10 +13,10 @@ import yaml
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from acf_jax.worlds import make_case
-from acf_jax.worlds.case import find_world
-from acf_jax.worlds.interface import Impact
-from acf_jax.worlds.writing import RIG_KEYS
+from validation.worlds import make_case
+from validation.worlds.case import find_world
+from validation.worlds.interface import Impact
+from validation.worlds.writing import RIG_KEYS
 
 HERE = Path(__file__).parent
 APART = 0.2  # s, from contact to contact

@@ -1,4 +1,4 @@
-"""Writes examples/rig, the data set of the documentation: `python examples/make_rig.py`.
+"""Writes examples/rig, the data set of the documentation: `python -m examples.make_rig`.
 
 The files that lie here were made before 2026-11-25. Since then a delay of all triggers is drawn too, so that the
 same seed makes another end stop and other traces.
@@ -6,7 +6,7 @@ same seed makes another end stop and other traces.
 
 from pathlib import Path
 
-from acf_jax.worlds import make_case, write_case
+from validation.worlds import make_case, write_case
 
 if __name__ == "__main__":
     here = Path(__file__).parent

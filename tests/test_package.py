@@ -40,7 +40,6 @@ PEAK = (
 # A part may import parts above it and its own, never parts below.
 LAYERS = [
     {"documents", "errors", "files", "folders", "forms", "kept", "start", "workers"},
-    {"worlds"},  # they share nothing with the model but how files are read and written
     {"model"},
     {"identify", "surrogate"},
     {"effects"},
@@ -50,7 +49,7 @@ LAYERS = [
     {"contact"},
     {"design", "safety", "export"},
     {"report"},
-    {"blind", "fleet", "recording"},
+    {"fleet", "recording"},
     {"cli"},
 ]
 
@@ -102,12 +101,24 @@ def test_wheel_holds_the_package_and_nothing_else(wheel):
     assert "acf_jax/py.typed" in names
     shipped = {str(f.relative_to(ROOT / "src")) for f in PACKAGE.rglob("*") if f.is_file()}
     assert {name for name in shipped if "__pycache__" not in name} <= set(names)
+    assert not any(part in name for name in names for part in ("/worlds", "/blind/"))
 
 
 def test_installed_wheel_answers(installed):
     assert installed("-m", "acf_jax", "--version").split()[-1] == __version__
     (peak,) = json.loads(installed("-m", "acf_jax", *PEAK))["peaks"]
     assert peak["f_max"] == pytest.approx(195.17, abs=0.01)  # 195 N in the paper's Table 1
+
+
+def test_the_command_that_stays_in_the_repository_says_so(installed):
+    """Its help tells what it is for."""
+    code = (
+        "import sys\nfrom acf_jax.cli.main import main\nsys.stderr = sys.stdout\n"
+        "try:\n    main(['blind', 'seal', '.'])\nexcept SystemExit as end:\n    print(end.code)"
+    )
+    assert "withheld" in installed("-m", "acf_jax", "blind", "--help")
+    message, code = installed("-c", code).splitlines()
+    assert message.startswith("error: blind: is not installed; run it in ") and code == "2"
 
 
 def test_what_only_extras_bring_is_known():
@@ -156,8 +167,6 @@ def test_imports_go_one_way():
         if (own := layer(module)) is not None and (its := layer(other)) is not None and its > own
     ]
     assert not upwards
-    of_worlds = {module for module, others in graph.items() if any(".worlds" in other for other in others)}
-    assert {module.split(".")[1] for module in of_worlds} == {"blind", "worlds"}
 
 
 def test_imports_have_no_cycle():
@@ -176,12 +185,22 @@ def test_imports_have_no_cycle():
         visit(module, ())
 
 
-def test_library_imports_neither_training_nor_benchmarks():
-    for file in PACKAGE.rglob("*.py"):
-        imported = re.findall(
-            r"^\s*(?:from|import) (train|benchmarks|tests)\b", file.read_text("utf-8"), re.M
+def test_library_imports_nothing_that_stays_in_the_repository():
+    """But for the command whose work that is."""
+    found = {
+        file.relative_to(PACKAGE).as_posix()
+        for file in PACKAGE.rglob("*.py")
+        if re.search(
+            r"^\s*(?:from|import) (train|benchmarks|validation|tests)\b", file.read_text("utf-8"), re.M
         )
-        assert not imported, file
+    }
+    assert found == {"cli/blind.py"}
+
+
+def test_worlds_share_nothing_with_the_model_but_how_files_are_read_and_written():
+    for file in (ROOT / "validation/worlds").rglob("*.py"):
+        parts = re.findall(r"^\s*(?:from|import) acf_jax\.(\w+)", file.read_text("utf-8"), re.M)
+        assert set(parts) <= LAYERS[0], file
 
 
 def test_one_command_checks_everything():

@@ -1,6 +1,6 @@
 """How fast may the flange meet a wall? By the paper's model, refitted, corrected, learnt - and in truth.
 
-    python docs/examples/closed_loop.py [--model artifacts/closed_loop/model.eqx]
+    python -m docs.examples.closed_loop [--model artifacts/closed_loop/model.eqx]
 
 The truth is that of the simulated rig behind examples/rig, an engine that shares no code with the models.
 """
@@ -21,7 +21,7 @@ from acf_jax.contact.model import ContactModel, forces
 from acf_jax.contact.read import by_surrogate, of_diagnosis
 from acf_jax.diagnosis.model_file import check_model
 from acf_jax.surrogate import load_corrected
-from acf_jax.worlds.interface import Impact, Rig, find_world
+from validation.worlds.interface import Impact, Rig, find_world
 
 ROOT = Path(__file__).resolve().parents[2]
 F_P = 60.0  # N

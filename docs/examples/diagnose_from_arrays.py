@@ -1,6 +1,6 @@
 """From arrays to a diagnosis: what `python -m acf_jax diagnose` does, step by step in Python.
 
-    python docs/examples/diagnose_from_arrays.py [--figure FILE.svg]
+    python -m docs.examples.diagnose_from_arrays [--figure FILE.svg]
 
 Each `# %%` begins a cell for editors that run scripts cell by cell (VS Code, Spyder, Jupytext).
 """
@@ -17,7 +17,7 @@ from acf_jax.diagnosis.diagnose import diagnose
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.model_file import gap_model
 from acf_jax.diagnosis.predict import predict
-from acf_jax.worlds import make_case
+from validation.worlds import make_case
 
 parser = argparse.ArgumentParser(description="Diagnose impacts that are held in arrays.")
 parser.add_argument("--figure", type=Path, help="draw measured and predicted force to this file")

@@ -1,6 +1,6 @@
 """Draw docs/figures/blind_runs.svg: what the blind runs of one version after the other came to.
 
-python docs/figures/blind_runs.py
+python -m docs.figures.blind_runs
 
 Reads docs/figures/blind_runs.csv, a line for each run; those of at least a hundred data sets are drawn. Prints all of
 them as the tables of docs/blind_history.md.
@@ -16,8 +16,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from acf_jax.blind.summary import counted
-from acf_jax.blind.targets import targets
+from validation.blind.summary import counted
+from validation.blind.targets import targets
 
 HERE = Path(__file__).parent
 LARGE = 100  # data sets of a run that is drawn

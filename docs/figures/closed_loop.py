@@ -1,6 +1,6 @@
 """Draw docs/figures/closed_loop.svg: peak force over speed and allowed speed, by every model of examples/rig.
 
-python docs/figures/closed_loop.py
+python -m docs.figures.closed_loop
 """
 
 import runpy

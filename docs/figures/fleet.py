@@ -1,6 +1,6 @@
 """Draw four rigs at three times, run `fleet` on them, and take docs/figures/fleet.png of its page.
 
-    python docs/figures/fleet.py
+    python -m docs.figures.fleet
 
 needs Chromium and `pip install ".[fleet,test]"`. One rig's friction grows, one gets another pad; the noise is new.
 """
@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from acf_jax.worlds import find_world, make_case, write_data
-from acf_jax.worlds.case import record_trials
+from validation.worlds import find_world, make_case, write_data
+from validation.worlds.case import record_trials
 
 HERE = Path(__file__).parent
 MONTHS = ("april", "may", "june")

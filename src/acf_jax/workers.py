@@ -4,10 +4,15 @@ The work is a function that touches no file of the caller's. A result comes back
 writes it: a process that dies takes nothing along, since its piece is computed again elsewhere.
 """
 
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import chain
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from zipfile import ZipFile
 
 from acf_jax import __version__
 from acf_jax.errors import InputError
@@ -62,6 +67,9 @@ def run_all(
     if (first := next(pieces, None)) is None:
         return  # nothing to do needs no processes
     with _client(where) as client:
+        if where.scheduler is not None:
+            with _answering(where):
+                _bring(client, work.__module__)
         yield from _stream(client, work, chain([first], pieces), where)
 
 
@@ -189,3 +197,24 @@ def _reached(scheduler: str, where: Where) -> "Client":
 
 def _version() -> str:
     return __version__
+
+
+def _bring(client: "Client", module: str) -> None:
+    """Send the package of a module to a scheduler and its workers where they lack it: not all work is installed."""
+    if all([*client.run(_knows, module).values(), client.run_on_scheduler(_knows, module)]):
+        return
+    name = module.partition(".")[0]
+    folder = Path(sys.modules[name].__path__[0])
+    with TemporaryDirectory() as scratch:
+        archive = Path(scratch) / f"{name}.zip"
+        with ZipFile(archive, "w") as packed:
+            for file in sorted(folder.rglob("*.py")):
+                packed.write(file, file.relative_to(folder.parent))
+        client.upload_file(str(archive))
+
+
+def _knows(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:  # of the package that it is in
+        return False

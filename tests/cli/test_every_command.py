@@ -128,8 +128,8 @@ def test_ctrl_c_leaves_nothing_half_written(path, end, monkeypatch, tmp_path):
     before = files(tmp_path)
     monkeypatch.setattr("acf_jax.start.start_jax", stop)
     monkeypatch.setattr("os.replace", lambda *names: stop())  # the last moment of a command without JAX
-    for module in ("blind.campaign", "fleet.run"):
-        monkeypatch.setattr(f"acf_jax.{module}.run_all", lambda *rest: stop())
+    for module in ("validation.blind.campaign", "acf_jax.fleet.run"):
+        monkeypatch.setattr(f"{module}.run_all", lambda *rest: stop())
     code, text, error = end(*path, *arguments)
     assert code == 130 and not text
     assert error.startswith("\nstopped; ") and len(error.splitlines()) == 2
@@ -149,8 +149,8 @@ def test_a_device_that_jax_does_not_have_is_one_message(path, end, monkeypatch, 
     monkeypatch.setenv("JAX_PLATFORMS", "cuda")
     monkeypatch.setattr("jax.devices", none)
     monkeypatch.setattr("acf_jax.start.start_jax", check_devices)
-    for module in ("blind.campaign", "fleet.run"):
-        monkeypatch.setattr(f"acf_jax.{module}.run_all", started)
+    for module in ("validation.blind.campaign", "acf_jax.fleet.run"):
+        monkeypatch.setattr(f"{module}.run_all", started)
     code, text, error = end(*path, *arguments)
     if path in (("import",), ("blind", "seal"), ("export",)):  # what they do here needs no JAX
         assert code == 0 and not error
@@ -165,7 +165,7 @@ def test_a_device_that_jax_does_not_have_is_one_message(path, end, monkeypatch, 
 @EVERY
 def test_json_and_nothing_else_on_standard_output(path, end, monkeypatch, tmp_path):
     if path in (("blind",), ("blind", "score"), ("design",)):
-        return  # tests/blind/test_run.py, tests/cli/test_design_and_check.py
+        return  # tests/validation/blind/test_run.py, tests/cli/test_design_and_check.py
     arguments = prepared(path, tmp_path)
     monkeypatch.setattr(
         "acf_jax.fleet.run.run_all", lambda work, pieces, _: ((key, work(piece)) for key, piece in pieces)

@@ -4,8 +4,8 @@ import pytest
 
 from acf_jax.dataset import GapDataset, read_dataset
 from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
-from acf_jax.worlds import make_case, write_case
 from tests.few import few_explanations
+from validation.worlds import make_case, write_case
 
 KEPT = ("gravity", "pad_relaxation", "sensor_scale")
 PORTS = ("unknown_actuator", "unknown_sensor")

@@ -15,8 +15,6 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from acf_jax.blind import campaign, score, seal
-from acf_jax.blind.answer import read_answer, read_said
 from acf_jax.cli import design, identify
 from acf_jax.cli._model import ModelFile
 from acf_jax.cli.main import commands
@@ -48,6 +46,8 @@ from train import labels
 from train.checkpoint import State, load_state, save_state
 from train.config import CorrectedConfig, read_config
 from train.domain import make_domain
+from validation.blind import campaign, score, seal
+from validation.blind.answer import read_answer, read_said
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 Files = dict[str, bytes]

@@ -7,8 +7,8 @@ import pytest
 from acf_jax.dataset import GapDataset, read_dataset
 from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
 from acf_jax.diagnosis.score import UNKNOWN, Scored
-from acf_jax.worlds import make_case, write_case
 from tests.few import few_explanations
+from validation.worlds import make_case, write_case
 
 KEPT = ("coulomb_friction", "sensor_lag")
 EVIL = "</script><img src=x onerror=\"document.title='owned'\">"

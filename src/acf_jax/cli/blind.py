@@ -1,18 +1,17 @@
-"""`python -m acf_jax blind`: check the diagnosis on data whose cause is withheld."""
+"""`python -m acf_jax blind`: check the diagnosis on data whose cause is withheld.
 
+The work is that of `validation.blind`, which no one but a developer needs: it stays in the repository.
+"""
+
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 import click
 
-from acf_jax.cli._ending import resumable
-from acf_jax.cli._json import echo_json
-from acf_jax.cli._progress import counts
+import acf_jax
 from acf_jax.cli._seed import SEED
 from acf_jax.cli._workers import SCHEDULER, WORKERS, say
-
-if TYPE_CHECKING:
-    from acf_jax.workers import Where
 
 EXAMPLES = """
 \b
@@ -22,7 +21,7 @@ Examples:
   python -m acf_jax blind score my_sets --out my_score
 """
 SCORE_AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON: score.json.")
-GOES_ON = "the same command goes on where it was"
+ELSEWHERE = "blind: is not installed; run it in a copy of acf-jax's source repository, whose folder validation/ has it"
 
 
 @click.group(epilog=EXAMPLES, invoke_without_command=True)
@@ -64,15 +63,9 @@ def command(
 
     if out is None:
         raise InputError("--out: is missing; name a folder for the run")
-    from acf_jax.blind.campaign import make
     from acf_jax.workers import Where
 
-    where = Where(scheduler, workers, say)
-    sets = out / "sets"
-    with resumable(GOES_ON):
-        with counts() as report:
-            make(sets, seed, cases, worlds, where, report)
-        _score(sets, out / "results", where, as_json)
+    _program().run(out, seed, cases, worlds, Where(scheduler, workers, say), as_json)
 
 
 @command.command(epilog="Example: python -m acf_jax blind seal my_sets")
@@ -80,13 +73,7 @@ def command(
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the hash.")
 def seal(folder: Path, as_json: bool) -> None:
     """Seal the answer.yaml beside each data set of FOLDER, before anyone diagnoses them."""
-    from acf_jax.blind.seal import seal_folder
-
-    digest = seal_folder(folder)
-    if as_json:
-        echo_json({"sha256": digest})
-    else:
-        click.echo(f"sealed, SHA-256 {digest}")
+    _program().seal(folder, as_json)
 
 
 @command.command(epilog="Example: python -m acf_jax blind score my_sets --out my_score")
@@ -103,43 +90,18 @@ def score(folder: Path, out: Path, workers: int, scheduler: str | None, as_json:
     """
     from acf_jax.workers import Where
 
-    with resumable(GOES_ON):
-        _score(folder, out, Where(scheduler, workers, say), as_json)
+    _program().score(folder, out, Where(scheduler, workers, say), as_json)
 
 
-def _score(folder: Path, results: Path, where: "Where", as_json: bool) -> None:
-    import json
+def _program() -> ModuleType:
+    """What does the work, from the repository that this package or the caller is in."""
+    for folder in (Path(acf_jax.__file__).parent / "../..", Path()):
+        if (folder / "validation/blind/command.py").is_file():
+            if sys.path[0] != (place := str(folder.resolve())):
+                sys.path.insert(0, place)  # processes on this machine inherit it
+            from validation.blind import command
 
-    from acf_jax.blind.answer import read_said
-    from acf_jax.blind.campaign import diagnose_all
-    from acf_jax.blind.page import score_page
-    from acf_jax.blind.seal import check_answers, open_answers
-    from acf_jax.blind.summary import summarise
-    from acf_jax.blind.table import lines
-    from acf_jax.dataset import data_sets
-    from acf_jax.files import write_text
-    from acf_jax.start import start_jax
+            return command
+    from acf_jax.errors import InputError
 
-    digest = check_answers(folder, data_sets(folder))
-    if digest and not as_json:
-        click.echo(f"answers sealed, SHA-256 {digest}")
-    with counts() as report:
-        names = diagnose_all(folder, results, where, report)
-    # before the answers are opened, since until then a damaged diagnosis can be made again
-    said = {name: read_said(results / name) for name in names}
-    answers = open_answers(folder, results, names)
-    start_jax()
-    from acf_jax.blind.score import score_one
-
-    rows = [score_one(folder / name, results / name, said[name], answers[name]) for name in names]
-    summary = summarise(rows)
-    content = {"score": summary, "rows": rows}
-    write_text(results / "score.json", json.dumps(content, indent=1) + "\n")
-    text = lines(rows, summary)
-    write_text(results / "score.txt", text)
-    write_text(results / "score.html", score_page(folder.name, rows, summary))
-    if as_json:
-        echo_json(content)
-        return
-    click.echo(text)
-    click.echo(f"{results / 'score.html'}: open it in a browser")
+    raise InputError(ELSEWHERE)

@@ -1,0 +1,1 @@
+"""The diagnosis put to the test: simulated rigs with hidden causes, and blind runs on them."""

@@ -1,0 +1,1 @@
+"""The diagnosis on data whose cause is withheld: draw, seal, diagnose, open, score."""

@@ -1,0 +1,159 @@
+"""One data set: what was said of it against what was true, and how the corrected model does on unseen conditions."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from acf_jax.dataset import read_conditions, read_dataset
+from acf_jax.dataset.columns import read_columns
+from acf_jax.diagnosis.model_file import GapModel, read_model
+from acf_jax.diagnosis.predict import predict
+from acf_jax.effects import library
+from acf_jax.errors import InputError
+from acf_jax.files import read_text
+from validation.blind.answer import Answer, Failed, Said
+from validation.blind.plan import WEAK
+
+UNKNOWN = ["unknown"]
+COMPARABLE = (  # the rig's own constants mean the same in every world
+    "moving_mass_kg",
+    "damping_n_s_per_m",
+    "actuator_stiffness_n_per_m",
+    "contact_stiffness_n_per_m",
+)
+
+
+def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> dict[str, Any]:
+    """The row of one data set.
+
+    **Arguments:** `data`: the data set. `result`: the folder of its diagnosis. `said`: what is scored of it. `answer`:
+    `effects`, and what else is known.
+    """
+    named = sorted(answer.effects)
+    outside = answer.outside_library or any(name not in library() for name in named)
+    withheld = answer.withheld
+    truth = UNKNOWN if outside or withheld else named
+    row: dict[str, Any] = {
+        "set": data.name,
+        "kind": _kind(named, outside, withheld),
+        "causes": named,
+        "truth": truth,
+        "components": list(answer.components)
+        or sorted({library()[n].component for n in named if n in library()}),
+        "distance": answer.whitened_distance,
+        "world": answer.world,
+        "ceiling": answer.ceiling,
+        "neighbours": answer.neighbours,
+        "faulty": list(answer.faulty_trials),
+    }
+    row["clear"] = row["distance"] is None or row["distance"] >= WEAK[1]
+    if isinstance(said, Failed):
+        return {**row, "verdict": "error", "error": said.error}
+    claim = said.shrinkage.force
+    return {
+        **row,
+        **_explained(said, truth, answer.neighbours),
+        "component_right": max(said.where.component, key=said.where.component.__getitem__)
+        in row["components"],
+        "shrinkage": None if claim is None else {"value": claim.value, "ci95": list(claim.ci95)},
+        "excluded": [e.trial for e in said.excluded_trials],
+        "seconds": _seconds(result / "seconds.txt"),
+        "rig_error": _rig_error(said, answer),
+        **_held_out(data, read_model(result / "model.json")),
+    }
+
+
+def _kind(named: list[str], outside: bool, withheld: str) -> str:
+    if withheld:
+        return "withheld"
+    if outside:
+        return "beyond"
+    return {0: "none", 1: "single"}.get(len(named), "pair")
+
+
+def _explained(said: Said, truth: list[str], neighbours: dict[str, float]) -> dict[str, Any]:
+    """Which explanations were given, and whether the truth is among them.
+
+    One class with the truth: the diagnosis computed that these trials cannot separate the two, or, of an unknown cause,
+    the harness did so before the diagnosis ran.
+    """
+    ranked = [(sorted(e.effects), e.probability) for e in said.explanations]
+    first, probability = ranked[0]
+    credible = [sorted(e) for e in said.credible_set]
+    twins = [sorted(pair.effects) for pair in said.indistinguishable]
+
+    def one_class(named: list[str]) -> bool:
+        if truth == UNKNOWN:
+            return len(named) == 1 and named[0] in neighbours
+        return len(named) == len(truth) and sorted({*truth, *named}) in twins
+
+    return {
+        "verdict": said.verdict,
+        "first": first,
+        "probability_first": probability,
+        "probability_truth": next((p for e, p in ranked if e == truth), 0.0),
+        "credible": credible,
+        "first_right": first == truth,
+        "first_in_class": first == truth or one_class(first),
+        "covered": truth in credible,
+        "covered_in_class": truth in credible or any(map(one_class, credible)),
+        "one_right": first == truth or bool(set(first) & set(truth)),
+    }
+
+
+def _rig_error(said: Said, answer: Answer) -> dict[str, float]:
+    """Fitted less true constants of the rig in stated standard deviations."""
+    errors = {}
+    for name in COMPARABLE:
+        fitted = said.parameters.get(name)
+        if fitted and fitted.std and fitted.value is not None and name in answer.rig:
+            errors[name] = (fitted.value - answer.rig[name]) / fitted.std
+    return errors
+
+
+def _seconds(path: Path) -> float | None:
+    try:
+        return float(read_text(path)) if path.exists() else None
+    except ValueError:
+        return None
+
+
+def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
+    """Error of the sensed force and its peak on noise-free conditions that no trial had; empty where there are none."""
+    if not (data / "held_out_conditions.csv").exists():
+        return {}
+    tried = read_dataset(data).conditions
+    trials = [t for t in read_conditions(data / "held_out_conditions.csv") if t.condition not in tried]
+    if not trials:
+        return {}
+    v_e = np.array([t.contact_velocity for t in trials])
+    f_p = np.array([t.pretension for t in trials])
+    truths = [_true_force(data / "held_out_traces" / f"{t.name}.csv") for t in trials]
+    result: dict[str, Any] = {}
+    for which in ("recalibrated", "corrected"):
+        squares, count, peaks = 0.0, 0, []
+        for true, prediction in zip(truths, predict(model, v_e, f_p, which), strict=True):
+            force = force_at(true[1:, 0], prediction.time, prediction.force)
+            squares += float(((force - true[1:, 1]) ** 2).sum())
+            count += len(force)
+            peaks.append(prediction.peak_force / true[:, 1].max() - 1)
+        result[f"rms_{which}"] = (squares / count) ** 0.5
+        result[f"peak_{which}"] = float(np.sqrt(np.mean(np.square(peaks))))
+    result["ratio"] = result["rms_corrected"] / max(result["rms_recalibrated"], 1e-12)
+    return result
+
+
+def force_at(times: np.ndarray, predicted_at: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """A predicted force, N, at other times, s: zero after its end, by more than a rounding of the last instant."""
+    return np.interp(times * (1 - 1e-9), predicted_at, force, right=0.0)
+
+
+def _true_force(path: Path) -> np.ndarray:
+    """Time, s, and force, N, of a noise-free trace, shape (samples, 2)."""
+    table, (_, values) = read_columns(path, ("time_s", "force_n"))
+    if not table.faults:
+        if len(values) > 1 and (np.diff(values[:, 0]) > 0).all() and values[:, 1].max() > 0:
+            return values
+        table.fault("", "must hold an impact, its time increasing; draw the data set again")
+    raise InputError(table.shown_faults())

@@ -1,0 +1,28 @@
+"""The pad bottoms out: past a compression the contact is far stiffer, the upper limit of its tendon."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from validation.worlds.interface import Rig
+from validation.worlds.mujoco_world.scene import AbstractSceneCause, Scene
+
+
+@dataclass(frozen=True)
+class BottomingPad(AbstractSceneCause):
+    """F = k_C s up to s_b, where MuJoCo's soft constraint takes over."""
+
+    component: ClassVar[str] = "contact"
+
+    compression: float  # s_b, m
+    stiffness_ratio: float  # of the constraint, which acts where it asks for more than the pad gives
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, rig: Rig, size: float) -> Self:
+        share = 1.7 - min(size, 1.0) * rng.uniform(0.9, 1.0)  # 1.7 is beyond every campaign
+        return cls(share * rig.typical_force / rig.k_c, rng.uniform(20.0, 60.0))
+
+    def build(self, scene: Scene) -> None:
+        scene.limit_stiffness = self.stiffness_ratio * scene.rig.omega**2
+        scene.contact_limit = max(self.compression, 1.5 * scene.s_0)
