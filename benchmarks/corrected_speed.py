@@ -24,9 +24,9 @@ from acf_jax.cli._model import ModelFile
 from acf_jax.contact.body import Body
 from acf_jax.contact.peak import Simulated
 from acf_jax.contact.recoil import Recoil
-from acf_jax.diagnosis.forward import SAMPLES, unpack
-from acf_jax.diagnosis.predict import LONGEST
+from acf_jax.inference.forward import SAMPLES, unpack
 from acf_jax.model import Impact
+from acf_jax.predict import LONGEST
 from acf_jax.simulator import largest_force, simulate
 from acf_jax.simulator.simulate import at_rest, make_system
 from acf_jax.start import start_jax

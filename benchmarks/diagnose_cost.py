@@ -29,7 +29,7 @@ def diagnose_compiled(trials: int) -> float:
     from acf_jax.start import start_jax
 
     start_jax()
-    from acf_jax.diagnosis.diagnose import diagnose
+    from acf_jax.diagnosis import diagnose
     from benchmarks.drawn_set import draw_set
 
     diagnose(draw_set(SIZES[0]))

@@ -13,9 +13,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from acf_jax.diagnosis.score import UNKNOWN, Evidence
 from acf_jax.documents import parse_json
 from acf_jax.errors import InputError
+from acf_jax.evidence.posterior import UNKNOWN
+from acf_jax.evidence.scores import Evidence
 from acf_jax.files import MAX_BYTES, read_bytes, read_json_mapping, text_of, unpacked, write_bytes
 
 

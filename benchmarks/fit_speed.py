@@ -15,10 +15,10 @@ import jax
 
 from acf_jax.dataset import assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.observe import Observations, observe
-from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import Explanation, label
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.observations import Observations, observe
+from acf_jax.inference.parameters import Explanation, label
 from benchmarks.drawn_set import draw_set
 from benchmarks.machine import describe
 from benchmarks.peers import scipy_fit

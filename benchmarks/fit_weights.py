@@ -6,7 +6,7 @@
 RUN is a folder of `python -m acf_jax blind --out RUN`, scored, or a file of benchmarks/kept/. The weights
 maximise the log probability of the truth, under a prior that is as wide as a factor of e about the present ones; a
 reference run is for this only once the next one judges. Prints the weights for
-src/acf_jax/diagnosis/score.py; with `--try` only how the runs come out with these weights.
+src/acf_jax/evidence/scores.py; with `--try` only how the runs come out with these weights.
 """
 
 import argparse
@@ -18,15 +18,9 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from acf_jax.diagnosis.score import (
-    UNKNOWN,
-    WEIGHTS,
-    Weights,
-    components,
-    is_port,
-    log_scores,
-    probabilities,
-)
+from acf_jax.evidence.posterior import UNKNOWN, components, probabilities
+from acf_jax.evidence.scores import WEIGHTS, Weights, log_scores
+from acf_jax.inference.parameters import is_free_curve
 from benchmarks.evidence import Case, read_cases
 from validation.blind.calibration import calibrate
 
@@ -39,7 +33,7 @@ def explained(case: Case, weights: Weights) -> dict[tuple[str, ...], float]:
     p = np.exp(score - score.max())
     total: dict[tuple[str, ...], float] = {}
     for name, value in zip([*(e.explanation for e in case.evidence), UNKNOWN], p / p.sum(), strict=True):
-        key = UNKNOWN if is_port(name) else name
+        key = UNKNOWN if is_free_curve(name) else name
         total[key] = total.get(key, 0.0) + float(value)
     return total
 

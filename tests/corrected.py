@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from acf_jax.diagnosis.model_file import SCHEMA, GapModel, Variant
-from acf_jax.diagnosis.space import parameters
+from acf_jax.gap_model import SCHEMA, GapModel, Variant
+from acf_jax.inference.parameters import parameters
 
 RIG = (1.9, 60.0, 800.0, 8e4)
 RIG_STD = (0.02, 6.0, 100.0, 1e3)

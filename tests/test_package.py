@@ -45,6 +45,8 @@ LAYERS = [
     {"effects"},
     {"simulator"},
     {"dataset"},
+    {"inference"},
+    {"evidence", "gap_model", "predict"},
     {"diagnosis"},
     {"contact"},
     {"design", "safety", "export"},

@@ -1,6 +1,6 @@
 """Effects and ports at their typical shapes."""
 
-from acf_jax.diagnosis.space import every_effect
+from acf_jax.inference.parameters import every_effect
 
 
 def typical(name: str, **values: float) -> list[float]:

@@ -16,8 +16,8 @@ from jax.sharding import Mesh
 import acf_jax
 from acf_jax.contact.peak import Simulated
 from acf_jax.contact.read import of_diagnosis
-from acf_jax.diagnosis.model_file import GapModel, read_model, write_model
 from acf_jax.errors import InputError
+from acf_jax.gap_model import GapModel, read_model, write_model
 from acf_jax.surrogate.corrected import (
     Bounds,
     CorrectedSurrogate,

@@ -5,8 +5,8 @@ import numpy as np
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import RIG, Simulated
 from acf_jax.contact.read import possible_fault
-from acf_jax.diagnosis.space import parameters
 from acf_jax.errors import InputError
+from acf_jax.inference.parameters import parameters
 from acf_jax.surrogate.box import sign_fault
 from acf_jax.surrogate.corrected import Domain
 from train.config import CorrectedConfig

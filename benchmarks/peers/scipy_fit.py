@@ -12,12 +12,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from acf_jax.diagnosis.fit import FARTHEST, LEAST_ZERO, N_OWN
-from acf_jax.diagnosis.observe import COMMON_TRIGGER, TRIGGER, Observations
-from acf_jax.diagnosis.space import COMMON, Explanation, begin, coordinates, starts
+from acf_jax.inference.fit import FARTHEST, LEAST_ZERO
+from acf_jax.inference.linear import N_OWN
+from acf_jax.inference.observations import COMMON_TRIGGER, TRIGGER, Observations
+from acf_jax.inference.parameters import COMMON, Explanation, begin, coordinates, starts
 
 STEP = 1e-2  # of a difference, in prior standard deviations
-FTOL = 1e-5  # as `acf_jax.diagnosis.fit.fit` stops
+FTOL = 1e-5  # as `acf_jax.inference.fit.fit` stops
 RTOL, ATOL = 1e-6, 1e-9  # forces then err by about 1e-3 N, the noise is 1 N
 FASTEST_LAG = 1e-5  # s, a tenth of the sampling interval: a faster sensor reads the force itself
 

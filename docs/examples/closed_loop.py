@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import ContactModel, forces
 from acf_jax.contact.read import by_surrogate, of_diagnosis
-from acf_jax.diagnosis.model_file import check_model
+from acf_jax.gap_model import check_model
 from acf_jax.surrogate import load_corrected
 from validation.worlds.interface import Impact, Rig, find_world
 

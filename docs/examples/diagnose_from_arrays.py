@@ -13,10 +13,10 @@ import jax
 import numpy as np
 
 from acf_jax.dataset import GapDataset, Measurement, Prior, RigPrior, Trace, Trial
-from acf_jax.diagnosis.diagnose import diagnose
+from acf_jax.diagnosis import diagnose
 from acf_jax.diagnosis.document import document
-from acf_jax.diagnosis.model_file import gap_model
-from acf_jax.diagnosis.predict import predict
+from acf_jax.diagnosis.results import gap_model
+from acf_jax.predict import predict
 from validation.worlds import make_case
 
 parser = argparse.ArgumentParser(description="Diagnose impacts that are held in arrays.")

@@ -14,9 +14,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from acf_jax.dataset import GapDataset, Measurement, Prior, RigPrior, Trial, read_dataset
-from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
-from acf_jax.diagnosis.score import UNKNOWN
-from acf_jax.diagnosis.space import Explanation, label
+from acf_jax.diagnosis import Diagnosis, diagnose
+from acf_jax.evidence.posterior import UNKNOWN
+from acf_jax.inference.parameters import Explanation, label
 from acf_jax.start import start_jax
 
 HERE = Path(__file__).parent

@@ -5,7 +5,8 @@ import json
 
 import pytest
 
-from acf_jax.diagnosis.score import UNKNOWN, WEIGHTS, Evidence
+from acf_jax.evidence.posterior import UNKNOWN
+from acf_jax.evidence.scores import WEIGHTS, Evidence
 from benchmarks.evidence import Case, keep, read_cases
 from benchmarks.fit_weights import component, explained, report
 

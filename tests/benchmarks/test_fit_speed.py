@@ -5,9 +5,10 @@ import pytest
 
 from acf_jax.dataset import assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal
-from acf_jax.diagnosis.fit import grid_for, linearise
-from acf_jax.diagnosis.observe import Observations, observe
-from acf_jax.diagnosis.space import begin, starts
+from acf_jax.inference.fit import grid_for
+from acf_jax.inference.linear import linearise
+from acf_jax.inference.observations import Observations, observe
+from acf_jax.inference.parameters import begin, starts
 from benchmarks import fit_speed
 from benchmarks.drawn_set import draw_set
 from benchmarks.peers import scipy_fit

@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from acf_jax.cli.main import commands
-from acf_jax.diagnosis.model_file import write_model
 from acf_jax.errors import InputError
+from acf_jax.gap_model import write_model
 from tests.corrected import gap_model
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -10,7 +10,7 @@ import click
 import pytest
 
 from acf_jax.cli.main import commands, main
-from acf_jax.diagnosis.model_file import write_model
+from acf_jax.gap_model import write_model
 from acf_jax.start import check_devices
 from tests.corrected import gap_model
 from tests.few import few_explanations

@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 from acf_jax.contact.body import WALL, Body
 from acf_jax.contact.model import draw_forces, forces, spread
 from acf_jax.contact.read import of_diagnosis, of_rig
-from acf_jax.diagnosis.predict import predict
 from acf_jax.effects import library
+from acf_jax.predict import predict
 from acf_jax.surrogate import load_surrogate
 from tests.corrected import gap_model, variant
 

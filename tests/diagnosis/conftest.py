@@ -3,7 +3,7 @@
 import pytest
 
 from acf_jax.dataset import GapDataset, read_dataset
-from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
+from acf_jax.diagnosis import Diagnosis, diagnose
 from tests.few import few_explanations
 from validation.worlds import make_case, write_case
 

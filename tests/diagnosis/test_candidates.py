@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import candidates
-from acf_jax.diagnosis.space import Measures, every_effect, starts
+from acf_jax.inference.parameters import Measures, every_effect, starts
 
 RIPPLE = [p.name for p in every_effect()["unknown_robot"].parameters()].index("ripple_hz")
 

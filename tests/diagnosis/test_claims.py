@@ -13,13 +13,14 @@ from acf_jax.dataset.units import CONTACT_STIFFNESS, MASS
 from acf_jax.diagnosis.claims import Change, Comparison, agreeing, compare
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
-from acf_jax.diagnosis.forward import step_for
-from acf_jax.diagnosis.model_file import LONGEST_STEP_S, GapModel, gap_model, read_model, write_model
-from acf_jax.diagnosis.observe import observe
-from acf_jax.diagnosis.predict import predict
+from acf_jax.diagnosis.heldout import FORM_UNKNOWN, GapFigures, HeldOut, figures, form_error
+from acf_jax.diagnosis.results import gap_model
 from acf_jax.diagnosis.shrinkage import Shrinkage
-from acf_jax.diagnosis.validate import FORM_MOST, FORM_UNKNOWN, GapFigures, HeldOut, figures, form_error
 from acf_jax.errors import InputError
+from acf_jax.gap_model import FORM_MOST, LONGEST_STEP_S, GapModel, read_model, write_model
+from acf_jax.inference.forward import step_for
+from acf_jax.inference.observations import observe
+from acf_jax.predict import predict
 from acf_jax.report import sentence
 from tests.corrected import gap_model as made_up_model
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from acf_jax.dataset import GapDataset, Trial, assess_dataset
+from acf_jax.diagnosis import Diagnosis, diagnose
 from acf_jax.diagnosis.damage import highest_probability, tempered
-from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
-from acf_jax.diagnosis.observe import observe
-from acf_jax.diagnosis.score import UNKNOWN, Scored
+from acf_jax.evidence.posterior import UNKNOWN, Scored
+from acf_jax.inference.observations import observe
 from acf_jax.report import doubts, sentence
 from tests.diagnosis.conftest import KEPT, PORTS
 from tests.few import few_explanations

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from acf_jax.dataset import Measurement, Noise
-from acf_jax.diagnosis import separate
+from acf_jax.diagnosis import identifiability
 from acf_jax.diagnosis.candidates import fit_nominal
-from acf_jax.diagnosis.fit import fit
 from acf_jax.diagnosis.plan import imagine, plan
-from acf_jax.diagnosis.space import begin, every_effect
 from acf_jax.effects import library
-from tests.diagnosis.imagined import CONDITIONS, NOISE, RATE, RIG, imagined
+from acf_jax.inference.fit import fit
+from acf_jax.inference.parameters import begin, every_effect
+from tests.imagined import CONDITIONS, NOISE, RATE, RIG, imagined
 
 
 def test_an_effect_that_shows_by_its_second_strength_only_is_seen_with_both(
@@ -20,7 +20,7 @@ def test_an_effect_that_shows_by_its_second_strength_only_is_seen_with_both(
 ) -> None:
     """Peaks alone say nothing of an end stop's share, but of what opposes the motion afterwards."""
     kept = {name: library()[name] for name in ("end_stop", "sensor_scale", "pad_mass")}
-    monkeypatch.setattr(separate, "library", lambda: kept)
+    monkeypatch.setattr(identifiability, "library", lambda: kept)
     traced = imagine(RIG, Measurement(), CONDITIONS, RATE, NOISE)
     peaks = replace(
         traced,
@@ -31,7 +31,7 @@ def test_an_effect_that_shows_by_its_second_strength_only_is_seen_with_both(
         interval=np.zeros(len(CONDITIONS)),
     )
     nominal = fit(peaks, (), begin(RIG.values), warm=True, iterations=0)
-    found = {d.effect: d for d in separate.detectability(peaks, nominal)}
+    found = {d.effect: d for d in identifiability.detectability(peaks, nominal)}
     stop = found["end_stop"]
     assert stop.smallest is not None and 0 < stop.smallest < 1 and stop.distance_at_typical > 3
     assert stop.smallest == pytest.approx(3 * 0.5 / stop.distance_at_typical)
@@ -39,7 +39,7 @@ def test_an_effect_that_shows_by_its_second_strength_only_is_seen_with_both(
         assert d.smallest is None or d.smallest <= kept[d.effect].parameters()[0].high
     quiet = replace(peaks, noise=Noise(1e4))
     nominal = fit(quiet, (), begin(RIG.values), warm=True, iterations=0)
-    assert all(d.smallest is None for d in separate.detectability(quiet, nominal)), "beyond all ranges"
+    assert all(d.smallest is None for d in identifiability.detectability(quiet, nominal)), "beyond all ranges"
 
 
 def test_the_smallest_size_leaves_about_three_standard_deviations() -> None:

@@ -8,23 +8,24 @@ import numpy as np
 import pytest
 
 from acf_jax.dataset import GapDataset, Measurement, Prior, RigPrior, Trace, Trial, assess_dataset
+from acf_jax.diagnosis import Diagnosis, diagnose
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
-from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
 from acf_jax.diagnosis.document import document
-from acf_jax.diagnosis.fit import Fit, fit
-from acf_jax.diagnosis.forward import Grid, forward
-from acf_jax.diagnosis.model_file import _corners, gap_model, read_model, write_model
-from acf_jax.diagnosis.observe import observe
-from acf_jax.diagnosis.peaks import measured_peaks
-from acf_jax.diagnosis.predict import predict
-from acf_jax.diagnosis.project import Projector
-from acf_jax.diagnosis.score import UNKNOWN
+from acf_jax.diagnosis.heldout import figures, hold_out
+from acf_jax.diagnosis.results import _corners, gap_model
 from acf_jax.diagnosis.shrinkage import Shrinkage
-from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import Explanation, begin, parameters, starts
-from acf_jax.diagnosis.validate import figures, hold_out
+from acf_jax.diagnosis.trial_peaks import measured_peaks
 from acf_jax.diagnosis.where import gap_map
 from acf_jax.errors import InputError
+from acf_jax.evidence.posterior import UNKNOWN
+from acf_jax.gap_model import read_model, write_model
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.forward import Grid, forward
+from acf_jax.inference.observations import observe
+from acf_jax.inference.parameters import Explanation, begin, parameters, starts
+from acf_jax.inference.projection import Projector
+from acf_jax.predict import predict
 from acf_jax.report import write_report
 from tests.diagnosis.conftest import KEPT, PORTS
 from tests.few import few_explanations
@@ -299,7 +300,7 @@ def test_longer_steps_leave_the_chi_square(
     start = begin(observations.prior.values, [-5.0] * len(explanation))
     near = fit(observations, explanation, start)
     found = fit(observations, explanation, near.theta, near.own, warm=True)
-    monkeypatch.setattr("acf_jax.diagnosis.fit.STRIDE", 0.25)
+    monkeypatch.setattr("acf_jax.inference.fit.STRIDE", 0.25)
     finer = fit(observations, explanation, found.theta, found.own, warm=True)
     assert finer.grid.h < found.grid.h / 4
     assert 2 * finer.objective == pytest.approx(2 * found.objective, abs=0.2)

@@ -5,11 +5,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from acf_jax.diagnosis import experiment
 from acf_jax.diagnosis.candidates import fit_nominal
-from acf_jax.diagnosis.fit import Fit, Linearisation
-from tests.diagnosis.imagined import imagined
+from acf_jax.diagnosis.experiment import error_probability
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.linear import Linearisation
+from tests.imagined import imagined
 
 
 def test_no_trial_is_proposed_where_a_prediction_goes_astray(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,3 +49,15 @@ def test_repeats_help_against_noise_but_not_against_unsure_parameters(
     gain_if_sure = error_after(sure, 1) - error_after(sure, 12)
     gain = error_after(fitted, 1) - error_after(fitted, 12)
     assert gain_if_sure > 0.01 and gain < 0.5 * gain_if_sure
+
+
+def test_error_probability_against_sampling() -> None:
+    p, q, d = 0.7, 0.2, 1.5
+    rng = np.random.default_rng(0)
+    n = 400_000
+    first = rng.random(n) < p / (p + q)
+    signal = rng.normal(size=n) + np.where(first, 0.0, d)
+    says_first = np.log(p / q) - d * signal + d**2 / 2 > 0
+    assert error_probability(p, q, d) == pytest.approx((says_first != first).mean(), abs=3e-3)
+    assert error_probability(0.5, 0.5, d) == pytest.approx(norm.sf(d / 2))
+    assert error_probability(p, q, 0.0) == pytest.approx(q / (p + q))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import candidates
-from acf_jax.diagnosis.fit import Fit, fit
-from acf_jax.diagnosis.observe import Observations
 from acf_jax.diagnosis.outliers import outliers, without_each
-from acf_jax.diagnosis.signature import Ground
-from tests.diagnosis.imagined import NOISE, imagined
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.observations import Observations
+from tests.imagined import NOISE, imagined
 
 
 def _few_trials(mislabelled: int | None) -> Observations:

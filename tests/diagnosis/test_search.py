@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import candidates, search
-from acf_jax.diagnosis.ports import ports
 from acf_jax.diagnosis.search import Couple, fit_all
-from acf_jax.diagnosis.space import Explanation
+from acf_jax.inference.free_curves import free_curves
+from acf_jax.inference.parameters import Explanation
 
 EFFECTS = ("coulomb_friction", "gravity", "pad_relaxation", "robot_compliance", "sensor_lag")
 SAMPLES = 1000
@@ -85,7 +85,7 @@ def test_pairs_are_tried_widely_where_the_rig_of_the_best_effect_hides_something
 
 
 def test_pairs_are_tried_widely_where_no_effect_explains_the_data(fitted: Any) -> None:
-    found = fitted({(name,): 1300.0 for name in (*EFFECTS, *ports())}, {})
+    found = fitted({(name,): 1300.0 for name in (*EFFECTS, *free_curves())}, {})
     assert len([e for e in found if len(e) == 2]) == search.PAIRS
 
 
@@ -93,7 +93,7 @@ def test_a_pair_far_behind_the_best_gets_no_more_than_a_glance(fitted: Any) -> N
     second = ("coulomb_friction", "gravity")
     pairs: dict[Explanation, float] = dict.fromkeys(combinations(EFFECTS, 2), 5000.0)
     found = fitted(
-        {(name,): 6000.0 for name in (*EFFECTS, *ports())} | pairs | {TRUE: 1000.0, second: 3000.0}, {}
+        {(name,): 6000.0 for name in (*EFFECTS, *free_curves())} | pairs | {TRUE: 1000.0, second: 3000.0}, {}
     )
     assert len([e for e in found if len(e) == 2]) == search.PAIRS
     assert fitted.ended == [TRUE, second]
@@ -105,7 +105,7 @@ def test_every_single_effect_leads_to_pairs_where_the_best_ones_leave_much(
     """The weakest effect alone is where the fit of the true pair has to begin."""
     monkeypatch.setattr(search, "BEGINNINGS", 1)
     true = ("robot_compliance", "sensor_lag")
-    singles = {(name,): 6000.0 + 100 * k for k, name in enumerate((*EFFECTS, *ports()))}
+    singles = {(name,): 6000.0 + 100 * k for k, name in enumerate((*EFFECTS, *free_curves()))}
     pairs = dict.fromkeys(combinations(EFFECTS, 2), 1400.0)
     assert true not in fitted({**singles, **pairs, true: 1000.0}, {true: 20.0})  # near enough already
     pairs = dict.fromkeys(pairs, 5000.0)

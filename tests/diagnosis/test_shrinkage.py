@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import shrinkage
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.observe import Observations
+from acf_jax.diagnosis.heldout import HeldOut
 from acf_jax.diagnosis.shrinkage import FREE, LAW, Form, Shrinkage, force_shrinkage, form_of, peak_shrinkage
-from acf_jax.diagnosis.validate import HeldOut
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.observations import Observations
 
 CONDITIONS, REPEATS, GAP = 6, 4, 2000.0  # GAP: mean square of what the recalibrated model misses, N^2
 NO_FITS = cast(tuple[Fit, Fit], (None, None))

@@ -22,13 +22,13 @@ from acf_jax.contact.peak import Simulated
 from acf_jax.contact.read import of_diagnosis
 from acf_jax.dataset import read_conditions, read_dataset
 from acf_jax.diagnosis.document import SCHEMA
-from acf_jax.diagnosis.model_file import read_model, write_model
-from acf_jax.diagnosis.predict import predict
 from acf_jax.errors import InputError
 from acf_jax.files import read_bytes
 from acf_jax.fleet.changes import find_changes
 from acf_jax.fleet.page import fleet_page
 from acf_jax.fleet.record import Fleet, read_fleet
+from acf_jax.gap_model import read_model, write_model
+from acf_jax.predict import predict
 from acf_jax.recording import Mapping, Session, read_mapping, read_session
 from acf_jax.recording.readers import readers
 from acf_jax.recording.review import read_review

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from acf_jax.dataset import GapDataset, read_dataset
-from acf_jax.diagnosis.diagnose import Diagnosis, diagnose
-from acf_jax.diagnosis.score import UNKNOWN, Scored
+from acf_jax.diagnosis import Diagnosis, diagnose
+from acf_jax.evidence.posterior import UNKNOWN, Scored
 from tests.few import few_explanations
 from validation.worlds import make_case, write_case
 

@@ -18,10 +18,10 @@ from acf_jax.dataset import GapDataset
 from acf_jax.diagnosis.claims import Change, Comparison
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
-from acf_jax.diagnosis.forward import Grid, forward
-from acf_jax.diagnosis.score import Scored
-from acf_jax.diagnosis.space import every_effect
-from acf_jax.diagnosis.validate import largest_reading
+from acf_jax.diagnosis.heldout import largest_reading
+from acf_jax.evidence.posterior import Scored
+from acf_jax.inference.forward import Grid, forward
+from acf_jax.inference.parameters import every_effect
 from acf_jax.report import sentence, write_report
 from acf_jax.report.discrepancy import along
 from acf_jax.report.markup import formula
@@ -214,7 +214,7 @@ def test_doubts_about_the_data_come_before_the_verdict(
     name = diagnosed.observations.names[0]
     quality = replace(diagnosed.quality, damaged=(name,), doubts=("the force is cut off",))
     damaged = replace(diagnosed, quality=quality, highest=0.9, excluded={"t001": "its force drops out"})
-    monkeypatch.setattr("acf_jax.diagnosis.diagnose.diagnose", lambda *_: damaged)
+    monkeypatch.setattr("acf_jax.diagnosis.diagnose", lambda *_: damaged)
     monkeypatch.setattr("acf_jax.dataset.read_dataset", lambda _: evil_set)
     result = CliRunner().invoke(command, ["set", "--out", str(tmp_path / "out")])
     lines = result.stdout.splitlines()

@@ -16,8 +16,8 @@ from needs import need_module
 from acf_jax.cli._model import ModelFile
 from acf_jax.contact.body import WALL, Body
 from acf_jax.contact.model import forces
-from acf_jax.diagnosis.model_file import write_model
 from acf_jax.errors import InputError
+from acf_jax.gap_model import write_model
 from acf_jax.safety.check import Checker
 from acf_jax.safety.limits import read_limits
 from acf_jax.safety.situation import Situation

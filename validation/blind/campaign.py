@@ -130,7 +130,7 @@ def _diagnose_one(task: tuple[GapDataset, str]) -> Files:
     """The files of a diagnosis, and how long it took."""
     import time
 
-    from acf_jax.diagnosis.diagnose import diagnose
+    from acf_jax.diagnosis import diagnose
     from acf_jax.diagnosis.results import write_results
 
     dataset, without = task

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error
+from acf_jax.diagnosis.identifiability import BAYES_ERROR, bayes_error
 from validation.blind.plan import SHARES, WEAK
 from validation.worlds import AbstractCause, AbstractWorld, Case, Setup, find_world
 from validation.worlds.distance import sensed

@@ -7,10 +7,10 @@ import numpy as np
 
 from acf_jax.dataset import GapDataset, Measurement, Noise, Prior, RigPrior, Trace, Trial, assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
-from acf_jax.diagnosis.observe import Observations, observe
-from acf_jax.diagnosis.separate import BAYES_ERROR, bayes_error, misfit
-from acf_jax.diagnosis.signature import Ground
+from acf_jax.diagnosis.identifiability import BAYES_ERROR, bayes_error, misfit
 from acf_jax.effects import library
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.observations import Observations, observe
 from validation.worlds import Case, find_world
 
 

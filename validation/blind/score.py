@@ -7,11 +7,11 @@ import numpy as np
 
 from acf_jax.dataset import read_conditions, read_dataset
 from acf_jax.dataset.columns import read_columns
-from acf_jax.diagnosis.model_file import GapModel, read_model
-from acf_jax.diagnosis.predict import predict
 from acf_jax.effects import library
 from acf_jax.errors import InputError
 from acf_jax.files import read_text
+from acf_jax.gap_model import GapModel, read_model
+from acf_jax.predict import predict
 from validation.blind.answer import Answer, Failed, Said
 from validation.blind.plan import WEAK
 

@@ -73,7 +73,7 @@ class ModelFile:
     def load_exact(self) -> "tuple[ContactModel, CorrectedSurrogate | None]":
         """The model without its surrogate, and the surrogate beside it."""
         from acf_jax.contact.read import of_diagnosis, of_rig
-        from acf_jax.diagnosis.model_file import check_model, read_model
+        from acf_jax.gap_model import check_model, read_model
 
         if self.is_trained:
             from acf_jax.surrogate import load_corrected

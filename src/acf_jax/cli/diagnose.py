@@ -36,7 +36,7 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
     from acf_jax.start import start_jax
 
     start_jax()
-    from acf_jax.diagnosis.diagnose import diagnose
+    from acf_jax.diagnosis import diagnose
     from acf_jax.diagnosis.results import write_results
     from acf_jax.folders import whole_folder
     from acf_jax.report import doubts, sentence, write_report

@@ -60,7 +60,7 @@ def command(
     from acf_jax.start import start_jax
 
     start_jax()
-    from acf_jax.diagnosis.plan import plan
+    from acf_jax.diagnosis import plan
     from acf_jax.effects import library
 
     noise_std = noise or measurement.force_noise_std_n or 1.0

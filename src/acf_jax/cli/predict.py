@@ -12,7 +12,7 @@ from acf_jax.cli._progress import stages
 from acf_jax.cli._stale import traces_of
 
 if TYPE_CHECKING:
-    from acf_jax.diagnosis.model_file import GapModel
+    from acf_jax.gap_model import GapModel
 
 EXAMPLES = """
 \b
@@ -85,10 +85,10 @@ def command(
     start_jax()
     import numpy as np
 
-    from acf_jax.diagnosis.model_file import read_model
-    from acf_jax.diagnosis.predict import predict
     from acf_jax.files import write_text
     from acf_jax.folders import whole_folder
+    from acf_jax.gap_model import read_model
+    from acf_jax.predict import predict
 
     model = read_model(diagnosis_dir / "model.json")
     asked, which = which, which or model.preferred

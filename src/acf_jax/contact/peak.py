@@ -13,12 +13,12 @@ from acf_jax.contact.body import Body, reduced_mass, series_stiffness
 from acf_jax.contact.braking import Braking, stopping_time, stopping_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.recoil import Recoil
-from acf_jax.diagnosis.forward import SAMPLES, STEP_PER_RADIAN, unpack
-from acf_jax.diagnosis.predict import LONGEST
-from acf_jax.diagnosis.space import component_of
 from acf_jax.effects import AbstractEffect
+from acf_jax.inference.forward import SAMPLES, STEP_PER_RADIAN, unpack
+from acf_jax.inference.parameters import component_of
 from acf_jax.model import Impact, Rig, find_peak
 from acf_jax.model.until import carried_force, largest_force_until
+from acf_jax.predict import LONGEST
 from acf_jax.simulator import LargestForce, largest_force
 from acf_jax.simulator.peak import Force
 from acf_jax.simulator.through import largest_force_through

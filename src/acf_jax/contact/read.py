@@ -10,11 +10,11 @@ from acf_jax.contact.model import ContactModel, Variant
 from acf_jax.contact.peak import RIG, AbstractPeak, ClosedForm, Learned, Simulated, Trained
 from acf_jax.contact.tried import Range, Tried
 from acf_jax.dataset import Measurement
-from acf_jax.diagnosis.model_file import GapModel, Which
-from acf_jax.diagnosis.model_file import Variant as Saved
-from acf_jax.diagnosis.predict import tried_reach
-from acf_jax.diagnosis.space import LEAST_SHARE, parameters
 from acf_jax.errors import InputError
+from acf_jax.gap_model import GapModel, Which
+from acf_jax.gap_model import Variant as Saved
+from acf_jax.inference.parameters import LEAST_SHARE, parameters
+from acf_jax.predict import tried_reach
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 IMPACT = ("v_e", "f_p")

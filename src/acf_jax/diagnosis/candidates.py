@@ -7,13 +7,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import ITERATIONS, TOLERANCE, Fit, fit
-from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.ports import ports
-from acf_jax.diagnosis.score import is_port
-from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import Explanation, begin, classes, starts
 from acf_jax.effects import library
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
+from acf_jax.inference.free_curves import free_curves
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import Explanation, begin, classes, is_free_curve, starts
 
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
@@ -84,7 +83,7 @@ def _fits_from(
 
 
 def _tolerance(explanation: Explanation) -> float:
-    return ROUGHLY if is_port(explanation) else TOLERANCE
+    return ROUGHLY if is_free_curve(explanation) else TOLERANCE
 
 
 def fit_more(
@@ -136,4 +135,4 @@ def _blocks(fitted: Fit) -> list[np.ndarray]:
 
 def singles(effects: Sequence[str]) -> list[Explanation]:
     """Every effect and every port, alone."""
-    return [(name,) for name in (*effects, *ports())]
+    return [(name,) for name in (*effects, *free_curves())]

@@ -6,8 +6,8 @@ recalibrated one where the figures that are printed of unseen conditions say so.
 
 from typing import NamedTuple
 
+from acf_jax.diagnosis.heldout import GapFigures
 from acf_jax.diagnosis.shrinkage import Shrinkage
-from acf_jax.diagnosis.validate import GapFigures
 
 FORCE_DIGITS, PEAK_DIGITS = 3, 2  # significant figures that are printed
 

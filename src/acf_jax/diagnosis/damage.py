@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from acf_jax.dataset import Quality
-from acf_jax.diagnosis.score import UNKNOWN, Scored, ranked
+from acf_jax.evidence.posterior import UNKNOWN, Scored, ranked
 
 EVEN = 0.5  # probability that a damaged trial shows its damage rather than the rig: nothing more is known
 AT_MOST = 0.99  # where there is any damage

@@ -7,45 +7,42 @@ import numpy as np
 
 from acf_jax.dataset import GapDataset, Quality, assess_dataset
 from acf_jax.dataset.noise import approach_samples
-from acf_jax.diagnosis import claims, damage, separate
-from acf_jax.diagnosis.colour import recoloured
+from acf_jax.diagnosis import claims, damage, identifiability
 from acf_jax.diagnosis.experiment import Experiment, propose
-from acf_jax.diagnosis.fit import Fit, fit
-from acf_jax.diagnosis.observe import Observations, observe
-from acf_jax.diagnosis.optimism import optimism
-from acf_jax.diagnosis.outliers import outliers
-from acf_jax.diagnosis.peaks import measured_peaks, same_peaks
-from acf_jax.diagnosis.score import (
-    UNKNOWN,
-    Evidence,
-    Scored,
-    components,
-    credible_set,
-    doubt,
-    evidence_of,
-    explanations,
-    is_port,
-    of_each_fit,
-    probabilities,
-)
-from acf_jax.diagnosis.search import Progress, fit_all
-from acf_jax.diagnosis.shrinkage import Shrinkage, form_of, peak_shrinkage
-from acf_jax.diagnosis.space import Explanation, begin, parameters
-from acf_jax.diagnosis.trigger import with_scatter
-from acf_jax.diagnosis.unseen import Unseen
-from acf_jax.diagnosis.validate import (
-    FORM_MOST,
+from acf_jax.diagnosis.heldout import (
     FORM_UNKNOWN,
+    CrossValidation,
     GapFigures,
     HeldOut,
     figures,
     form_error,
     hold_out,
 )
+from acf_jax.diagnosis.outliers import outliers
+from acf_jax.diagnosis.search import Progress, fit_all, recoloured
+from acf_jax.diagnosis.shrinkage import Shrinkage, form_of, held_out_shrinkage, peak_shrinkage
+from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.verdict import judge, stands
-from acf_jax.diagnosis.volume import volumes
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
+from acf_jax.evidence.occam import volumes
+from acf_jax.evidence.optimism import optimism
+from acf_jax.evidence.posterior import (
+    UNKNOWN,
+    Scored,
+    components,
+    credible_set,
+    doubt,
+    explanations,
+    of_each_fit,
+    probabilities,
+)
+from acf_jax.evidence.scores import Evidence, evidence_of
+from acf_jax.gap_model import FORM_MOST
+from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.observations import Observations, observe
+from acf_jax.inference.parameters import Explanation, begin, is_free_curve, parameters
+from acf_jax.inference.trigger import with_scatter
 
 ONE_CONDITION = (
     "all trials were made at one condition: how far the gap shrinks elsewhere cannot be told;"
@@ -67,9 +64,9 @@ class Diagnosis:
     scored: tuple[Scored, ...]
     credible: tuple[Explanation, ...]
     component: dict[str, float]
-    indistinguishable: tuple[separate.Pair, ...]
+    indistinguishable: tuple[identifiability.Pair, ...]
     absorbed: dict[str, float]
-    detectability: tuple[separate.Detectability, ...]
+    detectability: tuple[identifiability.Detectability, ...]
     gap_map: GapMap
     gap: dict[str, GapFigures]
     noise_floor_rms_n: float | None
@@ -137,41 +134,43 @@ def diagnose(
     progress("holding out one condition after the other")
     measured = measured_peaks(quality, observations)
     nominal = _unfitted(observations)
-    unseen = Unseen(observations, measured, recalibrated, corrected, seed)
-    shrinkage = unseen.shrinkage(corrected, scored[0].probability)
-    if shrinkage and shrinkage.ci95[1] < HOPEFUL and unseen.is_gap_clear:
+    validation = CrossValidation(observations, measured, recalibrated, corrected)
+    shrinkage = held_out_shrinkage(validation, corrected, scored[0].probability, seed)
+    if shrinkage and shrinkage.ci95[1] < HOPEFUL and validation.is_gap_clear:
         scored = doubt(scored, shrinkage.value)
         credible = credible_set(scored)
         corrected = _corrected(fits, probability, scored[0].explanation)
-        shrinkage = unseen.shrinkage(corrected, scored[0].probability)
+        shrinkage = held_out_shrinkage(validation, corrected, scored[0].probability, seed)
     highest = damage.highest_probability(quality, observations.names)
     scored = damage.tempered(scored, highest)
     credible = credible_set(scored)
     probability = of_each_fit(fits, probability, scored)
     held = {
-        "nominal": hold_out(observations, nominal, measured, unseen.scattered, refit=False),
-        "recalibrated": unseen.of(recalibrated),
-        "corrected": unseen.of(corrected),
+        "nominal": hold_out(observations, nominal, measured, validation.scattered, refit=False),
+        "recalibrated": validation.of(recalibrated),
+        "corrected": validation.of(corrected),
     }
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
     fits, probability, evidence = [fits[i] for i in order], probability[order], [evidence[i] for i in order]
 
     progress("asking what these trials can tell apart")
-    detectability = tuple(separate.detectability(observations, recalibrated))
+    detectability = tuple(identifiability.detectability(observations, recalibrated))
     leader = fits[0] if scored[0].explanation in ((), UNKNOWN) else corrected
-    pairs = separate.confusable(observations, leader, _rivals(fits, leader)) if leader.explanation else []
+    pairs = (
+        identifiability.confusable(observations, leader, _rivals(fits, leader)) if leader.explanation else []
+    )
     harmless = same_peaks(observations, recalibrated, [f for f in fits if stands(f, credible)])
     verdict = judge(scored, credible, pairs, detectability, observations, harmless)
     floor = _floor(observations, held["corrected"])
     gap = {
         name: figures(observations, value)
-        if unseen.exists or name == "nominal"
+        if validation.is_possible or name == "nominal"
         else GapFigures(None, None, None)
         for name, value in held.items()
     }
     comparison = None
     if corrected is not recalibrated:
-        own = hold_out(observations, corrected, measured, unseen.scattered, refit=False)
+        own = hold_out(observations, corrected, measured, validation.scattered, refit=False)
         comparison = claims.compare(gap["recalibrated"], gap["corrected"], figures(observations, own))
     is_stated = comparison is not None and comparison.is_better and verdict != "no_gap"
     form = {name: form_error(held[name], observations.noise.std) for name in ("recalibrated", "corrected")}
@@ -194,7 +193,9 @@ def diagnose(
         shrinkage_force=claims.agreeing(shrinkage, gap["recalibrated"], gap["corrected"], floor)
         if is_stated
         else None,
-        shrinkage_peak=_peak_shrinkage(unseen, held, corrected, scored[0].probability) if is_stated else None,
+        shrinkage_peak=_peak_shrinkage(observations, held, corrected, scored[0].probability, seed)
+        if is_stated
+        else None,
         fits=tuple(fits),
         probability=tuple(float(p) for p in probability),
         evidence=tuple(evidence),
@@ -209,7 +210,7 @@ def diagnose(
             *damage.statements(quality, observations.names, highest),
             *_of_model(comparison, form["corrected"]),
             *_of_bounds(corrected),
-            *([] if unseen.exists else [ONE_CONDITION]),
+            *([] if validation.is_possible else [ONE_CONDITION]),
         ),
     )
 
@@ -232,7 +233,7 @@ def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation)
     matching = [
         i
         for i, f in enumerate(fits)
-        if (is_port(f.explanation) if first == UNKNOWN else f.explanation == first)
+        if (is_free_curve(f.explanation) if first == UNKNOWN else f.explanation == first)
     ]
     return fits[max(matching, key=lambda i: probability[i])]
 
@@ -267,12 +268,12 @@ def _next(
 
 
 def _peak_shrinkage(
-    unseen: Unseen, held: dict[str, HeldOut], corrected: Fit, probability: float
+    observations: Observations, held: dict[str, HeldOut], corrected: Fit, probability: float, seed: int
 ) -> Shrinkage | None:
     """How far the error of the peak shrinks; None where it does not."""
     form = form_of(corrected, probability)
     both = held["recalibrated"], held["corrected"]
-    found = peak_shrinkage(both, unseen.observations.condition, form, unseen.seed)
+    found = peak_shrinkage(both, observations.condition, form, seed)
     return found if found and found.value > 0 else None
 
 

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.score import UNKNOWN, capped
 from acf_jax.diagnosis.shrinkage import Shrinkage
-from acf_jax.diagnosis.space import Explanation, parameters
+from acf_jax.evidence.posterior import UNKNOWN, capped
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.parameters import Explanation, parameters
 
 SCHEMA = "acf-gap-diagnosis/1"
 LISTED = 1e-4  # explanations below this probability are not listed one by one

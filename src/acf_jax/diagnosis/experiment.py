@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from acf_jax.diagnosis.fit import N_OWN, Fit, linearise
-from acf_jax.diagnosis.forward import reach_of
-from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.space import Explanation
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.forward import reach_of
+from acf_jax.inference.linear import N_OWN, linearise
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import Explanation
 
 REPEATS = 3
 STRETCH = 1.25  # how far beyond the tried range a trial may be proposed

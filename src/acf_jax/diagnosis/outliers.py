@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit, after_a_step, fit
-from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.score import is_port
 from acf_jax.diagnosis.search import FAR
+from acf_jax.inference.fit import Fit, after_a_step, fit
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import is_free_curve
 
 OUTLIER = 5.0  # a trial is left out where its misfit is this many times that of the others, and beyond chance
 BEGINNING = 0.5  # of the time to its peak: what a trial shows there is no limit that it alone has gone beyond
@@ -55,7 +55,7 @@ def _bends_every_fit(observations: Observations, fits: Sequence[Fit]) -> dict[st
     does to a fit is told to first order, as by deletion diagnostics of linear regression. A limit that this trial alone
     has gone beyond does so, too, but the trial begins like the others.
     """
-    simple = [f for f in fits if len(f.explanation) < 2 and not is_port(f.explanation)]
+    simple = [f for f in fits if len(f.explanation) < 2 and not is_free_curve(f.explanation)]
     whole, without = zip(*map(without_each, simple), strict=True)
     ratio = np.array(whole)[:, None] / np.array(without)
     k, i = np.unravel_index(int(ratio.argmax()), ratio.shape)

@@ -3,12 +3,12 @@
 import numpy as np
 
 from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
-from acf_jax.diagnosis.fit import fit
-from acf_jax.diagnosis.forward import SAMPLES, Grid, forward, step_for
-from acf_jax.diagnosis.observe import ONSET, Observations, compared_time
-from acf_jax.diagnosis.sample import at_times, first_loss
-from acf_jax.diagnosis.separate import Detectability, detectability
-from acf_jax.diagnosis.space import begin
+from acf_jax.diagnosis.identifiability import Detectability, detectability
+from acf_jax.inference.fit import fit
+from acf_jax.inference.forward import SAMPLES, Grid, forward, step_for
+from acf_jax.inference.interpolation import at_times, first_loss
+from acf_jax.inference.observations import ONSET, Observations, compared_time
+from acf_jax.inference.parameters import begin
 
 
 def plan(

@@ -1,18 +1,22 @@
 """Which explanations are fitted: every single effect and port, then more effects together by forward search."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
+from acf_jax.dataset import Trace
 from acf_jax.diagnosis import candidates
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.score import evidence_of, is_port
-from acf_jax.diagnosis.signature import Ground
-from acf_jax.diagnosis.space import Explanation
+from acf_jax.evidence.scores import evidence_of, noise_level
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.noise_colour import colour
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import Explanation, is_free_curve
+from acf_jax.inference.trigger import with_scatter
 
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
@@ -54,12 +58,12 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
 
-    alone = _best_first(f for f in fits if not is_port(f.explanation))
+    alone = _best_first(f for f in fits if not is_free_curve(f.explanation))
     better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a port than of any effect
     hidden = sum(evidence_of(alone[0]).strain) > STRAINED
     if _left(observations, alone) > UNEXPLAINED or better > LEFT_BEHIND or hidden:
-        at_ports = [partial(candidates.fit_further, ground, f) for f in fits if is_port(f.explanation)]
-        fits = [*(f for f in fits if not is_port(f.explanation)), *candidates.in_parallel(at_ports)]
+        at_ports = [partial(candidates.fit_further, ground, f) for f in fits if is_free_curve(f.explanation)]
+        fits = [*(f for f in fits if not is_free_curve(f.explanation)), *candidates.in_parallel(at_ports)]
         more = _try_all(observations, alone)
         if more and _left(observations, more) > FAR:
             more += _grow(observations, _best_first(more)[:LEADERS], effects, TRIPLES)
@@ -69,6 +73,29 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     fits += more
     # a simulation that broke down at every start explains nothing
     return recalibrated, [f for f in fits if np.isfinite(f.objective)]
+
+
+def recoloured(
+    observations: Observations, fits: Sequence[Fit], approaches: Sequence[Trace]
+) -> tuple[Observations, list[Fit]]:
+    """The observations with the noise of `colour`, and all fits as they are with it.
+
+    Where even the best fit leaves more than noise, all stays as it is.
+    """
+    best = min(fits, key=lambda f: f.objective)
+    known = observations.noise
+    if observations.peak_only.all() or 2 * best.objective > noise_level(
+        observations.n_used, noise_doubt=known.doubt
+    ):
+        return observations, list(fits)
+    noise = colour(observations, best, approaches)
+    observations = replace(observations, noise=noise)
+    if (noise.share, noise.correlation_time) == (known.share, known.correlation_time):
+        return observations, list(fits)
+    observations = with_scatter(observations)
+    return observations, candidates.in_parallel(
+        [partial(candidates.go_on, observations, f, warm=True) for f in fits]
+    )
 
 
 def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[str], most: int) -> list[Fit]:

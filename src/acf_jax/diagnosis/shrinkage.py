@@ -5,13 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.forward import forward
-from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.sample import phase_end
-from acf_jax.diagnosis.score import is_port
-from acf_jax.diagnosis.space import component_of, delays
-from acf_jax.diagnosis.validate import TIMING, HeldOut
+from acf_jax.diagnosis.heldout import TIMING, CrossValidation, HeldOut
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.forward import forward
+from acf_jax.inference.interpolation import phase_end
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import component_of, delays, is_free_curve
 
 RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
@@ -49,8 +48,19 @@ FREE = Form(0.1, 1.2, 2.0, 0.4, 4.0)  # a free curve at a port
 def form_of(corrected: Fit, probability: float) -> Form:
     """How far off the form of a corrected model may be, whose explanation has this probability."""
     law = LATE if delays(corrected.explanation) else LAW
-    form = FREE if is_port(corrected.explanation) else law
+    form = FREE if is_free_curve(corrected.explanation) else law
     return form._replace(wrong=WRONG * (1 - probability))
+
+
+def held_out_shrinkage(
+    validation: CrossValidation, corrected: Fit, probability: float, seed: int
+) -> Shrinkage | None:
+    """How far the gap of the recalibrated model shrinks with a corrected one, whose cause is as probable."""
+    if not validation.is_possible:
+        return None
+    fits = validation.recalibrated, corrected
+    held = validation.of(validation.recalibrated), validation.of(corrected)
+    return force_shrinkage(validation.observations, fits, held, form_of(corrected, probability), seed)
 
 
 def force_shrinkage(

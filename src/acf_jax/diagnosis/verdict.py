@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.score import UNKNOWN, Scored, is_port
-from acf_jax.diagnosis.separate import Detectability, Pair
-from acf_jax.diagnosis.space import Explanation
+from acf_jax.diagnosis.identifiability import Detectability, Pair
+from acf_jax.evidence.posterior import UNKNOWN, Scored
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import Explanation, is_free_curve
 
 DETECTABLE = 3.0  # whitened distance at which an effect of its typical size counts as detectable
 TOO_MANY = 6  # explanations in the credible set: these trials have not answered
@@ -39,4 +39,4 @@ def judge(
 
 def stands(fitted: Fit, credible: Sequence[Explanation]) -> bool:
     """Whether a fit belongs to an explanation of the credible set."""
-    return (UNKNOWN if is_port(fitted.explanation) else fitted.explanation) in credible
+    return (UNKNOWN if is_free_curve(fitted.explanation) else fitted.explanation) in credible

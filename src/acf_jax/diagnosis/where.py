@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.forward import forward
-from acf_jax.diagnosis.observe import Observations
-from acf_jax.diagnosis.sample import peak_of
-from acf_jax.diagnosis.validate import HeldOut
+from acf_jax.diagnosis.heldout import HeldOut
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.forward import forward
+from acf_jax.inference.interpolation import peak_of
+from acf_jax.inference.observations import Observations
 
 PHASES = {
     "onset": (0.0, 0.15),

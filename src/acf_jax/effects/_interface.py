@@ -17,7 +17,7 @@ Scalar = Float[Array, ""]
 Component = Literal["actuator", "contact", "robot", "sensor"]
 Measure = Literal[
     "force", "frequency", "compliance", "stroke"
-]  # of trials and rig, `diagnosis.space.Measures`
+]  # of trials and rig, `inference.parameters.Measures`
 
 
 class Parameter(NamedTuple):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from acf_jax.diagnosis.score import UNKNOWN
+from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.fleet.record import Change, Fleet, Rig
 from acf_jax.report.words import name_of
 

@@ -9,8 +9,8 @@ from typing import Any, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from acf_jax import __version__
-from acf_jax.diagnosis.score import CREDIBLE
 from acf_jax.errors import InputError, shown
+from acf_jax.evidence.posterior import CREDIBLE
 from acf_jax.files import read_json_mapping
 from acf_jax.forms import Part, check_form
 

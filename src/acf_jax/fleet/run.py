@@ -25,7 +25,7 @@ Files = dict[str, bytes]
 
 def diagnose_one(task: Task) -> Files:
     """The files that `diagnose` writes for a data set."""
-    from acf_jax.diagnosis.diagnose import diagnose
+    from acf_jax.diagnosis import diagnose
     from acf_jax.diagnosis.results import write_results
     from acf_jax.report import write_report
 

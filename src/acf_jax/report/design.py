@@ -1,8 +1,8 @@
 """What to measure next, and what these trials could have seen at all."""
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.space import component_of, every_effect
 from acf_jax.diagnosis.verdict import DETECTABLE
+from acf_jax.inference.parameters import component_of, every_effect
 from acf_jax.report.markup import Html, details, element, formula, join, table
 from acf_jax.report.words import condition, listed, name_of, percent, si
 

@@ -8,13 +8,13 @@ import numpy as np
 from jaxtyping import Array, Int
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.forward import unpack
-from acf_jax.diagnosis.sample import first_loss
-from acf_jax.diagnosis.score import UNKNOWN, is_port
-from acf_jax.diagnosis.space import component_of
 from acf_jax.effects import Motion
 from acf_jax.effects._interface import Scalar
+from acf_jax.evidence.posterior import UNKNOWN
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.forward import unpack
+from acf_jax.inference.interpolation import first_loss
+from acf_jax.inference.parameters import component_of, is_free_curve
 from acf_jax.model import Impact
 from acf_jax.report.markup import Html
 from acf_jax.report.plot import Variant, axis, plot, series
@@ -58,7 +58,7 @@ MEASURES = {
 def unknown_cause(diagnosis: Diagnosis) -> Html | None:
     """The fitted discrepancy against what it may depend on; None where an unknown cause is not standing."""
     d = diagnosis
-    at_ports = [(f, p) for f, p in zip(d.fits, d.probability, strict=True) if is_port(f.explanation)]
+    at_ports = [(f, p) for f, p in zip(d.fits, d.probability, strict=True) if is_free_curve(f.explanation)]
     if not at_ports or (UNKNOWN not in d.credible and d.scored[0].explanation != UNKNOWN):
         return None
     fitted, p = max(at_ports, key=lambda item: item[1])

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.score import UNKNOWN
-from acf_jax.diagnosis.separate import BAYES_ERROR
-from acf_jax.diagnosis.space import parameters
+from acf_jax.diagnosis.identifiability import BAYES_ERROR
+from acf_jax.evidence.posterior import UNKNOWN
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.parameters import parameters
 from acf_jax.report.markup import Html, bullets, details, element, formula, join, table
 from acf_jax.report.plot import Variant, axis, bars, plot
 from acf_jax.report.words import headed, likelihood, listed, name_of, percent, si

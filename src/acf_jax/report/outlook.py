@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.forward import BLOCK
-from acf_jax.diagnosis.model_file import Which, gap_model
-from acf_jax.diagnosis.predict import Prediction, predict
+from acf_jax.diagnosis.results import gap_model
+from acf_jax.gap_model import Which
+from acf_jax.inference.forward import BLOCK
+from acf_jax.predict import Prediction, predict
 
 MODELS: tuple[Which, ...] = ("nominal", "recalibrated", "corrected")
 LEVELS = 4  # pretensions for which curves over velocity are drawn

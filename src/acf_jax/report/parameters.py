@@ -3,10 +3,9 @@
 import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.fit import Fit
-from acf_jax.diagnosis.score import is_port
-from acf_jax.diagnosis.space import RIG, every_effect, parameters
 from acf_jax.effects import Parameter
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.parameters import RIG, every_effect, is_free_curve, parameters
 from acf_jax.report.markup import Html, element, formula, join, table
 from acf_jax.report.words import headed, si
 
@@ -53,7 +52,7 @@ def _lead(fitted: Fit) -> Html:
         )
         for name in fitted.explanation
     ]
-    if is_port(fitted.explanation):
+    if is_free_curve(fitted.explanation):
         said.append(
             element("p", "Its coefficients describe a shape, not a mechanism; look at the curve above.")
         )

@@ -3,9 +3,9 @@
 import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.model_file import Which
-from acf_jax.diagnosis.predict import Prediction
-from acf_jax.diagnosis.validate import largest_reading
+from acf_jax.diagnosis.heldout import largest_reading
+from acf_jax.gap_model import Which
+from acf_jax.predict import Prediction
 from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.outlook import Curves, Outlook
 from acf_jax.report.plot import CONTACT, LINES, Variant, axis, plain, plot, series

@@ -6,8 +6,8 @@ import numpy as np
 
 from acf_jax.diagnosis.damage import statements
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.score import UNKNOWN, Scored
-from acf_jax.diagnosis.space import Explanation, component_of, every_effect
+from acf_jax.evidence.posterior import UNKNOWN, Scored
+from acf_jax.inference.parameters import Explanation, component_of, every_effect
 
 MODELS = {
     "nominal": "the paper's model with the rig's nominal parameters",

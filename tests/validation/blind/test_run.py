@@ -12,8 +12,8 @@ from click.testing import CliRunner
 from needs import need_module
 
 from acf_jax.cli.main import commands
-from acf_jax.diagnosis.model_file import read_model
 from acf_jax.errors import InputError
+from acf_jax.gap_model import read_model
 from acf_jax.workers import Lost, Where, run_all
 from validation.blind import campaign
 from validation.blind.plan import Order

@@ -1,0 +1,1 @@
+"""Fitting explanations to measured impacts: observations, parameters, forward model, linear algebra, fits."""

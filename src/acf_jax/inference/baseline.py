@@ -1,0 +1,72 @@
+"""What each effect would change about the forces of a fitted rig, and how much of the gap it promises to explain."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.linear import is_bounded, linearise
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import Explanation, coordinates, every_effect, looks, starts
+from acf_jax.inference.projection import Projector
+
+
+class Promise(NamedTuple):
+    """What an effect may explain of what a fit leaves, to first order."""
+
+    gain: float  # in chi-square
+    parameters: np.ndarray  # with which it does
+    start: list[float]  # the start of the effect that they go on from
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A fitted rig without any effect, on which effects are tried one by one."""
+
+    observations: Observations
+    fitted: Fit  # the effects of this fit are left out, its rig and nuisances are kept
+    projector: Projector  # what the fit's own parameters could imitate
+    bare: np.ndarray  # (trials, n) whitened residual without any effect
+
+    @classmethod
+    def of(cls, observations: Observations, fitted: Fit) -> "Ground":
+        """The rig of a fit."""
+        bare = _residual(observations, fitted, (), [])
+        return cls(observations, fitted, Projector.of(fitted), bare)
+
+    def signatures(
+        self, name: str, begins: Sequence[list[float]]
+    ) -> Iterator[tuple[list[float], np.ndarray, bool]]:
+        """Of each start the whitened change of the prediction, and whether the strength may be negative."""
+        for start in begins:
+            changed = self.bare - _residual(self.observations, self.fitted, (name,), start)
+            if is_bounded(changed):
+                yield start, changed, every_effect()[name].acts_either_way()
+
+    def promise(self, name: str) -> Promise:
+        """How much of what the fit leaves an effect explains, over its starts and where else fits look.
+
+        To first order: a signature s takes (r' P s)^2 / s' P s of the residual r, with a sign that the effect allows.
+        """
+        strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
+        measures = self.observations.measures
+        begins = [*starts(name, measures), *looks(name, measures)]
+        best = Promise(0.0, np.array(begins[0]), begins[0])
+        for start, signal, two_sided in self.signatures(name, begins):
+            amount, gain = self.projector.promise(signal)
+            if (two_sided or amount > 0) and gain > best.gain:
+                best = Promise(gain, np.where(strengths, amount, 1.0) * np.array(start), start)
+        return best
+
+
+def _residual(
+    observations: Observations, fitted: Fit, explanation: Explanation, start: list[float]
+) -> np.ndarray:
+    """(trials, n) whitened measured minus predicted with an effect on the fitted rig."""
+    theta = np.concatenate([fitted.theta[:4], start, fitted.common])
+    space = coordinates(observations.prior, explanation)
+    return linearise(
+        observations, explanation, space, space.coordinate(theta), fitted.own, fitted.grid
+    ).residual

@@ -1,0 +1,213 @@
+"""Fitting one explanation to all trials at once: Levenberg-Marquardt within bounds, under the rig's priors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from acf_jax.inference.forward import SAMPLES, Grid, step_for
+from acf_jax.inference.linear import N_OWN, Linearisation, half_chi_square, linearise, normal_equations
+from acf_jax.inference.observations import COMMON_TRIGGER, Observations
+from acf_jax.inference.parameters import COMMON, Coordinates, Explanation, classes, coordinates, delays
+
+STRIDE = 2.0  # sampling intervals of its longest step
+RINGING, LAGGING = 1.0, 1 / 3  # the same where a sensor has dynamics of its own, and where it follows late
+BEYOND = 6  # steps of the grid after the last sample, to tell either side of a loss of contact right there
+PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
+COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it is from the data
+ITERATIONS = 40  # of a fit, at most
+TOLERANCE = 1e-5  # share of the objective that an iteration has to gain
+PRIOR_CURVATURE = 1.0  # of the objective by the priors alone; less of it is rounding
+STIFFEST = 1e4  # damping at which a step is too small to matter
+FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
+TOWARDS_BOUND = (
+    0.9  # share of the way to a bound that a step goes at most: an effect of no strength has no slope
+)
+LEAST_ZERO = 1e-9  # N, standard deviation of the sensor's zero where nothing is said of it
+NO_INTERVAL = 1e-6  # s, in place of a sampling interval where peaks are all there is
+AT_BOUND = 1e-3  # prior standard deviations from a bound, from which on a step may end there
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The most probable parameters of one explanation, and the curvature there."""
+
+    explanation: Explanation
+    coordinates: Coordinates
+    u: np.ndarray  # (p,) in prior standard deviations
+    own: np.ndarray  # (trials, 3) nuisances in prior standard deviations
+    objective: float  # half chi-square of data and priors
+    chi2: np.ndarray  # (trials,) chi-square of each trial's samples and nuisances
+    hessian: np.ndarray  # (p, p) of the objective in u, nuisances eliminated, prior included
+    residual: np.ndarray  # (trials, n) N, measured minus fitted
+    linear: Linearisation
+    grid: Grid
+
+    @property
+    def theta(self) -> np.ndarray:
+        """The parameters in SI units."""
+        return self.coordinates.value(self.u)
+
+    @property
+    def physical(self) -> np.ndarray:
+        """The parameters of rig and effects, SI units."""
+        return self.theta[:-COMMON]
+
+    @property
+    def common(self) -> np.ndarray:
+        """What all trials share: the sensor's zero, N, and the delay of the triggers, s."""
+        return self.theta[-COMMON:]
+
+    @property
+    def root(self) -> np.ndarray:
+        """(p, p) R with R R' the covariance in u, widened by the misfit that the noise does not explain."""
+        curvature, vectors = np.linalg.eigh(self.hessian)
+        return np.asarray(vectors * np.sqrt(self.misfit / np.maximum(curvature, PRIOR_CURVATURE)))
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(p, p) of the parameters in SI units."""
+        root = self.coordinates.slope(self.u)[:, None] * self.root
+        return root @ root.T
+
+    @property
+    def misfit(self) -> float:
+        """Chi-square of a sample, at least 1: by how much more than noise the variances are."""
+        samples = int((self.linear.residual != 0).sum())
+        return max(1.0, float((self.linear.residual**2).sum()) / max(samples, 1))
+
+    @property
+    def at_bound(self) -> np.ndarray:
+        """(p,) whether a parameter ended at its bound."""
+        return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
+
+
+def grid_for(observations: Observations, explanation: Explanation) -> Grid:
+    """A grid fine enough for the rig and for a sensor with dynamics, and long enough for every trial."""
+    prior = observations.prior
+    latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
+    end = float(latest[observations.used].max())
+    interval = observations.intervals.min(initial=np.inf)
+    if observations.peak_only.any():
+        end = max(end, PEAK_WITHIN / np.pi * prior.impact_time)
+    sampled = _stride(explanation) * interval
+    longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
+    h = max(min(step_for(*prior.values), longest), end / (SAMPLES - BEYOND - 2))
+    return Grid(h, int(np.ceil(end / h)) + BEYOND)
+
+
+def _stride(explanation: Explanation) -> float:
+    """The longest step, in sampling intervals."""
+    if delays(explanation):
+        return LAGGING  # contact begins anywhere between two samples, and what is followed then is a jump
+    return RINGING if any(cls.component == "sensor" for cls in classes(explanation)) else STRIDE
+
+
+def after_a_step(fitted: Fit, trials: np.ndarray) -> float:
+    """Chi-square of some trials, given by index, and of the priors after one more step of a fit, to first order."""
+    linear, own = fitted.linear.of(trials), fitted.own[trials]
+    return 2 * half_chi_square(linear, fitted.u, own) - normal_equations(linear, fitted.u, own).gain
+
+
+def _bounded_step(
+    hessian: np.ndarray, gradient: np.ndarray, u: np.ndarray, at: Coordinates, damping: float
+) -> np.ndarray:
+    """The damped Gauss-Newton step with parameters held at bounds that they press against."""
+    free = np.ones(len(u), bool)
+    step = np.zeros_like(u)
+    for _ in range(len(u) + 1):
+        step[:] = 0.0
+        index = np.flatnonzero(free)
+        if not index.size:
+            break
+        block = hessian[np.ix_(index, index)]
+        step[index] = -np.linalg.solve(block + damping * np.diag(np.diag(block)), gradient[index])
+        target = u + step
+        pressing = free & (((u <= at.low) & (step < 0)) | ((u >= at.high) & (step > 0)))
+        if not pressing.any():
+            return np.clip(target, *_within_reach(u, at)) - u
+        free &= ~pressing
+    return step
+
+
+def _within_reach(u: np.ndarray, at: Coordinates) -> tuple[np.ndarray, np.ndarray]:
+    """How far one step may go, down and up."""
+    below, above = u - at.low, at.high - u
+    return (
+        np.where(below > AT_BOUND, u - TOWARDS_BOUND * below, at.low),
+        np.where(above > AT_BOUND, u + TOWARDS_BOUND * above, at.high),
+    )
+
+
+def fit(
+    observations: Observations,
+    explanation: Explanation,
+    start: np.ndarray,
+    own: np.ndarray | None = None,
+    warm: bool = False,
+    iterations: int = ITERATIONS,
+    tolerance: float = TOLERANCE,
+) -> Fit:
+    """The most probable parameters from one start.
+
+    **Arguments:** `start`: (p,) values in SI units, what all trials share last (`begin`). `own`: (trials, 3)
+    first guess of the nuisances. `warm`: the start is near the optimum already.
+
+    While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
+    is known to be, and the effect has to explain the data rather than the rig.
+
+    **Returns:** a `Fit`; stops after two iterations that gain less than the share `tolerance` of the objective.
+    """
+    interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_INTERVAL
+    common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval
+    at = coordinates(observations.prior, explanation, common_std)
+    u = np.clip(at.coordinate(start), at.low, at.high)
+    own = np.zeros((len(observations.names), N_OWN)) if own is None else own
+    grid = grid_for(observations, explanation)._replace(pull=0.0 if warm else 1.0)
+    linear = linearise(observations, explanation, at, u, own, grid)
+    inflation = 1.0 if warm else _inflation(linear, observations.n_used)
+    damping, small = 1e-3, 0
+    if not np.isfinite(half_chi_square(linear, u, own)):
+        iterations = 0  # the simulation breaks down at the start: another start has to do
+    for _ in range(iterations):
+        value = half_chi_square(linear, u, own, inflation)
+        normal = normal_equations(linear, u, own, inflation)
+        while damping < STIFFEST:
+            step = _bounded_step(normal.hessian, normal.gradient, u, at, damping)
+            own_gradient = normal.own_gradient + np.einsum("p,ipa->ia", step, normal.cross)
+            own_new = np.clip(
+                own - np.einsum("iab,ib->ia", normal.own_inverse, own_gradient), -FARTHEST, FARTHEST
+            )
+            linear_new = linearise(observations, explanation, at, u + step, own_new, grid)
+            gain = value - half_chi_square(linear_new, u + step, own_new, inflation)
+            if gain > -1e-9:
+                break
+            damping *= 8
+        else:
+            break
+        u, own, linear, damping = u + step, own_new, linear_new, max(damping / 5, 1e-8)
+        calmer = min(inflation, _inflation(linear, observations.n_used))
+        coarse = min(COARSEST, max(1.0, 2 * value * inflation / observations.n_used) ** 2)
+        small = small + 1 if gain < tolerance * coarse * max(1.0, value) else 0
+        if small >= 2:
+            if inflation == 1.0 and grid.pull == 0.0:
+                break
+            # what is left is not noise: end with the data at full weight and a contact that lets go
+            calmer, small, grid = 1.0, 0, grid._replace(pull=0.0)
+            linear = linearise(observations, explanation, at, u, own, grid)
+        inflation = calmer
+    if grid.pull:
+        grid = grid._replace(pull=0.0)
+        linear = linearise(observations, explanation, at, u, own, grid)
+    objective = half_chi_square(linear, u, own)
+    hessian = normal_equations(linear, u, own, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
+    with np.errstate(over="ignore"):  # of an unstable integration
+        chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)
+    residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
+    return Fit(explanation, at, u, own, objective, chi2, hessian, residual, linear, grid)
+
+
+def _inflation(linear: Linearisation, samples: int) -> float:
+    """Chi-square per sample where it exceeds one: the noise that would explain what the model does not yet."""
+    with np.errstate(over="ignore"):  # of an unstable integration
+        value = float((linear.residual**2).sum()) / samples
+    return max(1.0, value) if np.isfinite(value) else 1e12

@@ -1,0 +1,169 @@
+"""One compiled program an explanation: forces of all trials and their derivatives in every free parameter."""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from acf_jax.effects import AbstractEffect
+from acf_jax.effects._interface import Scalar
+from acf_jax.inference.free_curves import CONTINUED
+from acf_jax.inference.interpolation import first_loss
+from acf_jax.inference.parameters import RIG, Explanation, classes, parameters
+from acf_jax.kept import kept
+from acf_jax.model import Impact, Rig
+from acf_jax.simulator.derivatives import simulate_with_derivatives
+from acf_jax.simulator.simulate import System, make_system, simulate
+
+STEP_PER_RADIAN = 0.1  # omega h of the grid
+SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
+LANES = 512  # of one call without derivatives
+BLOCK = 24  # trials of one call, the last one padded: data sets of every size share compiled code and memory is bounded
+
+
+class Grid(NamedTuple):
+    """Step and number of steps of the integration, common to all trials."""
+
+    h: float  # s
+    steps: int
+    pull: float = (
+        0.0  # 1 continues the equations beyond the loss of contact, which keeps derivatives alive there
+    )
+
+
+def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
+    """The longest step, s, of a simulation of a rig: a share of a radian, within the decay of a strong damper."""
+    return float(1 / max(np.sqrt((k_f + k_c) / m) / STEP_PER_RADIAN, d / m))
+
+
+class Forces(NamedTuple):
+    """Forces of every trial on the grid, with derivatives of the sensed one."""
+
+    contact: np.ndarray  # (trials, steps + 1), N
+    rows: np.ndarray  # (trials, p + 3, steps + 1): sensed force in N, then its tangents
+
+    @property
+    def sensed(self) -> np.ndarray:
+        """(trials, steps + 1), N."""
+        return self.rows[:, 0]
+
+    @property
+    def tangents(self) -> np.ndarray:
+        """(trials, p + 2, steps + 1), N per unit of each parameter, of v_E and of F_P."""
+        return self.rows[:, 1:]
+
+
+def unpack(
+    explanation: Explanation, theta: Float[Array, " p"], reach: Scalar | float = np.inf
+) -> tuple[Rig, list[AbstractEffect]]:
+    """Rig and effects from the vector of an explanation's parameters, SI units.
+
+    `reach`: the contact force, N, up to which a free curve of it was tried.
+    """
+    effects, k = [], len(RIG)
+    for cls in classes(explanation):
+        n = len(cls.parameters())
+        effect = cls(*theta[k : k + n])
+        if isinstance(effect, CONTINUED):
+            effect = dataclasses.replace(effect, reach=jnp.asarray(reach))
+        effects.append(effect)
+        k += n
+    return Rig(*theta[: len(RIG)]), effects
+
+
+@functools.cache
+def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
+    def system(z: Float[Array, " p+2"], pull: Scalar, reach: Scalar) -> System:
+        rig, effects = unpack(explanation, z[:-2], reach)
+        return make_system(rig, Impact(z[-2], z[-1]), effects, pull)
+
+    def program(
+        z: Float[Array, "trials p+2"], h: Scalar, steps: Int[Array, ""], pull: Scalar, reach: Scalar
+    ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples trials p+3"]]:
+        return simulate_with_derivatives(partial(system, pull=pull, reach=reach), z, h, SAMPLES, steps)
+
+    number = jax.ShapeDtypeStruct((), float)
+    z = jax.ShapeDtypeStruct((BLOCK, len(parameters(explanation)) + 2), float)
+    steps = jax.ShapeDtypeStruct((), int)
+    return kept(program, f"forward {explanation}", (z, number, steps, number, number))
+
+
+@functools.cache
+def _plain_program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
+    def one(z: Float[Array, " p+2"], h: Scalar, steps: Int[Array, ""]) -> tuple[Array, Array]:
+        rig, effects = unpack(explanation, z[:-2])
+        response = simulate(rig, Impact(z[-2], z[-1]), effects, h, SAMPLES, steps)
+        return response.sensed, response.contact
+
+    number = jax.ShapeDtypeStruct((), float)
+    z = jax.ShapeDtypeStruct((LANES, len(parameters(explanation)) + 2), float)
+    program = jax.vmap(one, in_axes=(0, None, None))
+    return kept(program, f"plain {explanation}", (z, number, jax.ShapeDtypeStruct((), int)))
+
+
+def plain_forward(
+    explanation: Explanation, theta: np.ndarray, v_e: np.ndarray, f_p: np.ndarray, grid: Grid
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sensed and contact force of many parameters at many impacts, without derivatives, in N.
+
+    **Arguments:** `theta`: (k, p), SI units. `v_e`, `f_p`: (n,), m/s and N.
+
+    **Returns:** two arrays (k, n, steps + 1); not finite where the integration is unstable.
+    """
+    k, n = len(theta), len(v_e)
+    impacts = np.tile(np.column_stack([v_e, f_p]), (k, 1))
+    z = np.column_stack([np.repeat(theta, n, axis=0), impacts])
+    found: list[tuple[np.ndarray, ...]] = []
+    for first in range(0, len(z), LANES):
+        here = z[first : first + LANES]
+        padded = here[np.arange(LANES) % len(here)]
+        answer = _plain_program(explanation)(padded, grid.h, grid.steps)
+        found.append(tuple(np.asarray(force)[: len(here), : grid.steps + 1] for force in answer))
+    sensed, contact = (np.concatenate(parts).reshape(k, n, -1) for parts in zip(*found, strict=True))
+    return sensed, contact
+
+
+def reach_of(
+    explanation: Explanation, theta: np.ndarray, v_e: np.ndarray, f_p: np.ndarray, grid: Grid
+) -> float:
+    """The contact force, N, up to which impacts try a free curve of it; infinite without one."""
+    if not any(issubclass(cls, CONTINUED) for cls in classes(explanation)):
+        return np.inf
+    contact = forward(explanation, theta, v_e, f_p, grid).contact
+    # when contact was lost, a free curve may go anywhere
+    in_contact = np.arange(contact.shape[1]) < first_loss(contact)[:, None]
+    return float(contact[in_contact].max())
+
+
+def forward(
+    explanation: Explanation,
+    theta: np.ndarray,
+    v_e: np.ndarray,
+    f_p: np.ndarray,
+    grid: Grid,
+    reach: float = np.inf,
+) -> Forces:
+    """Forces of all trials and their derivatives.
+
+    **Arguments:** `theta`: (p,) the explanation's parameters, SI units. `v_e`, `f_p`: (trials,), m/s and N. `reach`: of
+    `reach_of`, where a free curve is continued beyond the trials that it was fitted to.
+
+    **Returns:** `Forces`; not finite where the integration is unstable.
+    """
+    n, used = len(v_e), grid.steps + 1
+    z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
+    contact, rows = np.empty((n, used)), np.empty((n, z.shape[1] + 1, used))
+    for first in range(0, n, BLOCK):
+        here = slice(first, min(first + BLOCK, n))
+        padded = z[here][np.arange(BLOCK) % (here.stop - first)]
+        found = _program(explanation)(padded, grid.h, grid.steps, grid.pull, reach)
+        # turned here, where most of the grid is left out already
+        contact[here] = np.asarray(found[0])[:used, : here.stop - first].T
+        rows[here] = np.moveaxis(np.asarray(found[1])[:used, : here.stop - first], 0, 2)
+    return Forces(contact, rows)

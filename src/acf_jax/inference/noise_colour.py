@@ -1,0 +1,92 @@
+"""The colour of the noise as the best explanation shows it, too: the samples before contact may be too few to tell."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from acf_jax.dataset import Noise, Trace
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.linear import half_chi_square, linearise, normal_equations
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.whitening import Whitener
+
+WORTH = 6.0  # log likelihood that another colour has to gain: 0.25 % false alarms of two parameters
+STARTS = [
+    (share, steps) for share in (0.3, 0.9) for steps in (1.0, 3.0)
+]  # share, correlation time in samples
+SHORTEST, LONGEST = 0.2, 100.0  # correlation time in samples
+SHARE = 0.999  # of the variance that is correlated, at most
+
+
+def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -> Noise:
+    """The noise whose colour makes the approaches and what the best explanation leaves most probable.
+
+    The likelihood is that of the residuals with all that was fitted integrated out to first order, so that what a fit
+    took of slow noise does not count as calm. The standard deviation stays as it is known.
+
+    **Arguments:** `best`: a fit that leaves nothing but noise. `approaches`: the samples before contact.
+
+    **Returns:** the noise as it is known where another colour gains too little, with the number of samples that
+    now stand behind it.
+    """
+    known = observations.noise
+    raw = replace(observations, noise=Noise(1.0))
+    bare = replace(
+        best, linear=linearise(raw, best.explanation, best.coordinates, best.u, best.own, best.grid)
+    )
+    before = _Approach(approaches, known.offset)
+    step = float(np.median(observations.intervals))
+
+    def noise(x: np.ndarray) -> Noise:
+        share = SHARE / (1 + np.exp(-np.clip(x[0], -9, 9)))
+        steps = np.exp(np.clip(x[1], np.log(SHORTEST), np.log(LONGEST)))
+        return replace(known, share=float(share), correlation_time=float(step * steps))
+
+    def loss(noise: Noise) -> float:
+        return -_log_likelihood(observations, bare, noise) - before.log_likelihood(noise)
+
+    starts = [np.array([np.log(share / (1 - share)), np.log(steps)]) for share, steps in STARTS]
+    begin = min(starts, key=lambda x: loss(noise(x)))
+    found = noise(
+        minimize(
+            lambda x: loss(noise(x)), begin, method="Nelder-Mead", options={"xatol": 1e-2, "fatol": 1e-2}
+        ).x
+    )
+    if loss(known) - loss(found) < WORTH:
+        found = known
+    return replace(found, offset_std=before.offset_std(found), samples=before.samples + observations.n_used)
+
+
+class _Approach:
+    """The samples before contact, padded to one length."""
+
+    def __init__(self, traces: Sequence[Trace], offset: float):
+        n = max(trace.time.size for trace in traces)
+        self.used = np.array([np.arange(n) < trace.time.size for trace in traces])
+        self.time = np.stack([np.pad(trace.time, (0, n - trace.time.size)) for trace in traces])
+        self.force = np.stack([np.pad(trace.force - offset, (0, n - trace.time.size)) for trace in traces])
+        self.samples = int(self.used.sum())
+
+    def offset_std(self, noise: Noise) -> float:
+        """Standard deviation of the mean, N; 0 where there are no samples."""
+        weight = float((Whitener(self.time, self.used, noise)(np.ones_like(self.force)[:, None]) ** 2).sum())
+        return weight**-0.5 if weight else 0.0
+
+    def log_likelihood(self, noise: Noise) -> float:
+        whiten = Whitener(self.time, self.used, noise)
+        return -0.5 * float((whiten(self.force[:, None]) ** 2).sum()) - whiten.log_volume
+
+
+def _log_likelihood(observations: Observations, bare: Fit, noise: Noise) -> float:
+    """Of the compared samples, parameters and nuisances integrated out; `bare`: a fit whose linearisation is in N."""
+    whiten = Whitener(observations.time, observations.used, noise)
+    linear = bare.linear
+    rows = whiten(np.concatenate([linear.residual[:, None], linear.by_parameter, linear.by_own], axis=1))
+    own = 1 + len(bare.u)  # the first row of a nuisance
+    white = replace(linear, residual=rows[:, 0], by_parameter=rows[:, 1:own], by_own=rows[:, own:])
+    normal = normal_equations(white, bare.u, bare.own)
+    volume = np.linalg.slogdet(normal.own_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
+    left = half_chi_square(white, bare.u, bare.own) - 0.5 * normal.gain
+    return float(0.5 * volume - left - whiten.log_volume)

@@ -1,0 +1,168 @@
+"""What a diagnosis may fit: the rig's four parameters, then those of an explanation's effects."""
+
+import functools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from acf_jax.dataset import RigPrior
+from acf_jax.effects import AbstractEffect, Parameter, library
+from acf_jax.inference.free_curves import free_curves
+
+RIG = (
+    Parameter("moving_mass_kg", "kg", 0.0, np.inf, (), 1.0, False, "moving mass m"),
+    Parameter("damping_n_s_per_m", "N s/m", 0.0, np.inf, (), 1.0, False, "damping d"),
+    Parameter("actuator_stiffness_n_per_m", "N/m", 0.0, np.inf, (), 1.0, False, "actuator stiffness k_F"),
+    Parameter("contact_stiffness_n_per_m", "N/m", 0.0, np.inf, (), 1.0, False, "contact stiffness k_C"),
+)
+LEAST_SHARE = np.array(
+    [0.05, 0.0, 0.0, 0.02]
+)  # of a rig parameter's prior value: mass and contact never vanish
+RIG_BOUNDS = (
+    (1e-3, 1e4),
+    (0.0, 1e7),
+    (0.0, 1e9),
+    (1.0, 1e11),
+)  # far beyond what a data set may state, SI units
+ROUNDING = 1e-12
+COMMON = (
+    2  # parameters that every explanation ends with: the sensor's zero, N, and the delay of all triggers, s
+)
+PRIOR_WIDTH = 3.0  # width of the prior of a strength, in its typical values
+
+Explanation = tuple[str, ...]  # ids of effects in alphabetical order, or of one port; () is the paper's model
+
+
+@functools.cache
+def every_effect() -> dict[str, type[AbstractEffect]]:
+    """The library and the four ports by id."""
+    return {**library(), **free_curves()}
+
+
+def is_free_curve(explanation: Explanation) -> bool:
+    """Whether the explanation is a free curve, which stands for an unknown cause."""
+    return bool(explanation) and explanation[0] in free_curves()
+
+
+def classes(explanation: Explanation) -> list[type[AbstractEffect]]:
+    """The effects of an explanation."""
+    return [every_effect()[name] for name in explanation]
+
+
+def parameters(explanation: Explanation) -> list[tuple[str, Parameter]]:
+    """Every physical parameter with its full name, `effect.parameter` behind the rig's."""
+    own = [(f"{name}.{p.name}", p) for name in explanation for p in every_effect()[name].parameters()]
+    return [(p.name, p) for p in RIG] + own
+
+
+class Coordinates(NamedTuple):
+    """Free parameters in units of their priors: u has a standard normal prior within its bounds.
+
+    A strength is linear in u, a shape parameter exponential.
+    """
+
+    centre: np.ndarray  # (p,) value at u = 0
+    width: np.ndarray  # (p,) prior standard deviation, of the logarithm for a shape
+    logarithmic: np.ndarray  # (p,) bool
+    low: np.ndarray  # (p,) bounds in u
+    high: np.ndarray
+
+    def value(self, u: np.ndarray) -> np.ndarray:
+        """The parameters in SI units."""
+        z = self.width * u
+        linear = self.centre + z
+        linear = np.where(np.abs(linear) < ROUNDING * np.abs(self.centre), 0.0, linear)  # at a bound of zero
+        return np.where(self.logarithmic, self.centre * np.exp(np.where(self.logarithmic, z, 0.0)), linear)
+
+    def slope(self, u: np.ndarray) -> np.ndarray:
+        """d value / d u."""
+        return np.where(self.logarithmic, self.value(u) * self.width, self.width)
+
+    def coordinate(self, value: np.ndarray) -> np.ndarray:
+        """The inverse of `value`."""
+        ratio = np.where(self.logarithmic, value, 1.0) / np.where(self.logarithmic, self.centre, 1.0)
+        return np.where(self.logarithmic, np.log(ratio), value - self.centre) / self.width
+
+
+def coordinates(
+    prior: RigPrior, explanation: Explanation, common_std: tuple[float, float] = (1.0, 1.0)
+) -> Coordinates:
+    """Priors and bounds of the rig's parameters, an explanation's, and of what all trials share (`COMMON`)."""
+    value, std = prior.values, prior.stds
+    rows = [
+        (
+            value[i],
+            std[i],
+            False,
+            (LEAST_SHARE[i] - 1) * value[i] / std[i],
+            (RIG_BOUNDS[i][1] - value[i]) / std[i],
+        )
+        for i in range(len(RIG))
+    ]
+    for _, p in parameters(explanation)[len(RIG) :]:
+        if p.shape:
+            width = np.log(p.high / p.low) / 4
+            rows.append(
+                (p.scale, width, True, np.log(p.low / p.scale) / width, np.log(p.high / p.scale) / width)
+            )
+        else:
+            width = PRIOR_WIDTH * p.scale
+            rows.append((0.0, width, False, p.low / width, p.high / width))
+    rows += [(0.0, std, False, -6.0, 6.0) for std in common_std]
+    return Coordinates(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def begin(rig: np.ndarray, *own: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Parameters to begin a fit with: the rig's, those of effects, and nothing that all trials share."""
+    return np.concatenate([rig, *own, np.zeros(COMMON)])
+
+
+class Measures(NamedTuple):
+    """What is typical of a rig and its trials: some starts are multiples of it."""
+
+    force: float = 200.0  # N, the largest one
+    frequency: float = 50.0  # Hz, of the moving mass on the contact
+    compliance: float = 1e-3  # m, compression of the contact under 100 N
+    stroke: float = 2e-3  # m, of half a period at 0.2 m/s
+
+
+TYPICAL = Measures()
+
+
+def starts(name: str, measures: Measures = TYPICAL) -> list[list[float]]:
+    """Values of an effect's parameters from which fits begin: weak and strong, each shape at its own starts."""
+    own = every_effect()[name].parameters()
+    n = max(len(p.starts) for p in own)
+
+    def start(p: Parameter, k: int) -> float:
+        value = p.starts[min(k * len(p.starts) // n, len(p.starts) - 1)]
+        return min(max(value * getattr(measures, p.of), p.low), p.high) if p.of else value
+
+    return [[start(p, k) for p in own] for k in range(n)]
+
+
+def looks(name: str, measures: Measures = TYPICAL) -> list[list[float]]:
+    """The first start of an effect with such a shape, as a frequency, at values over all of its range."""
+    own, first = every_effect()[name].parameters(), starts(name, measures)[0]
+    return [
+        [*first[:k], float(value), *first[k + 1 :]]
+        for k, p in enumerate(own)
+        if p.looks
+        for value in np.geomspace(p.low, p.high, p.looks)
+    ]
+
+
+def component_of(name: str) -> str:
+    """The component at which an effect or port acts."""
+    return every_effect()[name].component
+
+
+def delays(explanation: Explanation) -> bool:
+    """Whether a delay common to all triggers may as well be the sensor's."""
+    return any(cls.delays for cls in classes(explanation))
+
+
+def label(explanation: Explanation) -> str:
+    """An explanation in words."""
+    return " and ".join(cls.title for cls in classes(explanation)) or "nothing unmodelled"

@@ -1,0 +1,124 @@
+"""A fit's surroundings to second order: what its parameters and nuisances cannot imitate of a signal, and what of the
+residual a signal explains."""
+
+import itertools
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.linear import Linearisation, Normal, normal_equations
+
+NEAR = 6.0  # prior standard deviations from a bound, within which it may be in the way of an answer
+
+
+class Reduced(NamedTuple):
+    """Signals (k, trials, n) with the trials' own nuisances eliminated."""
+
+    plain: np.ndarray  # (k, k) inner products
+    on_residual: np.ndarray  # (k,) with the residual
+    on_parameters: np.ndarray  # (k, p) with the derivatives by the parameters
+
+    def of(self, signals: np.ndarray) -> "Reduced":
+        """Those of some of the signals."""
+        return Reduced(
+            self.plain[signals][:, signals], self.on_residual[signals], self.on_parameters[signals]
+        )
+
+
+@dataclass(frozen=True)
+class Projector:
+    """P = (I + A A')^-1 for the derivatives A of parameters and nuisances, in units of their priors.
+
+    x' P y is the inner product of whitened signals after the best answer of parameters and nuisances, at the cost that
+    their priors set. Signals have the shape (trials, n). The point need not be an optimum: what a step of the
+    parameters would still explain is no signal's merit.
+    """
+
+    linear: Linearisation
+    normal: Normal
+    low: np.ndarray  # (p,) how far each parameter is from its lower bound, negative
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, fitted: Fit) -> "Projector":
+        """The projector at a fit."""
+        return cls(
+            fitted.linear,
+            normal_equations(fitted.linear, fitted.u, fitted.own),
+            fitted.coordinates.low - fitted.u,
+            fitted.coordinates.high - fitted.u,
+        )
+
+    def reduce(self, signals: np.ndarray) -> Reduced:
+        """The inner products of signals (k, trials, n) that everything else follows from."""
+        linear, normal = self.linear, self.normal
+        on_own = np.einsum("ian,kin->kia", linear.by_own, signals, optimize=True)
+        answered = np.einsum("iab,kib->kia", normal.own_inverse, on_own)
+        plain = np.einsum("kin,lin->kl", signals, signals, optimize=True)
+        direct = np.einsum("ipn,kin->kp", linear.by_parameter, signals, optimize=True)
+        return Reduced(
+            plain - np.einsum("kia,lia->kl", on_own, answered),
+            np.einsum("in,kin->k", linear.residual, signals)
+            + np.einsum("ia,kia->k", normal.own_gradient, answered),
+            direct - np.einsum("ipa,kia->kp", normal.cross, answered, optimize=True),
+        )
+
+    def gram(self, signals: np.ndarray) -> np.ndarray:
+        """x' P y of all pairs of `signals` (k, trials, n): (k, k)."""
+        return self._gram(self.reduce(signals))
+
+    def distances(self, reduced: Reduced) -> np.ndarray:
+        """Root of x' P x of each signal, (k,)."""
+        return np.sqrt(np.maximum(np.diag(self._gram(reduced)), 0.0))
+
+    def _gram(self, reduced: Reduced) -> np.ndarray:
+        answer = np.linalg.solve(self.normal.hessian, reduced.on_parameters.T)
+        return np.asarray(reduced.plain - reduced.on_parameters @ answer)
+
+    def gram_of_nuisances(self, signals: np.ndarray) -> np.ndarray:
+        """The same with only the trials' own nuisances projected off."""
+        return self.reduce(signals).plain
+
+    def promise(self, signal: np.ndarray) -> tuple[float, float]:
+        """How much of a signal (trials, n) explains most of the residual, and the chi-square that this would gain.
+
+        A parameter that presses against its bound is held there.
+        """
+        pressing = ((self.low > -1e-6) & (self.normal.gradient > 0)) | (
+            (self.high < 1e-6) & (self.normal.gradient < 0)
+        )
+        free = ~pressing
+        plain, on_residual, on_parameters = (part[0] for part in self.reduce(signal[None]))
+        answer = np.linalg.solve(self.normal.hessian[free][:, free], on_parameters[free])
+        size = float(plain[0] - on_parameters[free] @ answer)
+        taken = float(on_residual + self.normal.gradient[free] @ answer)
+        return (taken / size, taken**2 / size) if size > 0 else (0.0, 0.0)
+
+    def gains(self, reduced: Reduced, amounts: np.ndarray) -> np.ndarray:
+        """By how much half the chi-square falls where signals explain part of the residual, (k, m).
+
+        `amounts` (k, m) of each signal are tried, each with the best answer of parameters within their bounds and of
+        nuisances; of an amount of zero the gain is what that answer alone is worth.
+        """
+        alone = (
+            0.5 * self.normal.gain_of_own
+            + amounts * reduced.on_residual[:, None]
+            - 0.5 * amounts**2 * np.diag(reduced.plain)[:, None]
+        )
+        pull = -self.normal.gradient - amounts[..., None] * reduced.on_parameters[:, None]
+        best = np.full(amounts.shape, -np.inf)
+        near = np.flatnonzero(self.low > -NEAR)
+        for is_held in itertools.product((False, True), repeat=len(near)):
+            held = np.zeros(len(self.low), bool)
+            held[near] = is_held
+            step = np.where(held, self.low, np.zeros_like(pull))
+            rest = (pull - step @ self.normal.hessian)[..., ~held]
+            step[..., ~held] = np.linalg.solve(self.normal.hessian[~held][:, ~held], rest[..., None])[..., 0]
+            gained = (pull * step).sum(-1) - 0.5 * np.einsum(
+                "kmp,pq,kmq->km", step, self.normal.hessian, step
+            )
+            is_within = (step >= self.low - 1e-9).all(-1)
+            best = np.where(is_within, np.maximum(best, gained), best)
+        return alone + best

@@ -1,0 +1,77 @@
+"""A fit's surroundings to second order, against SciPy's bounded least squares."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.parameters import begin
+from acf_jax.inference.projection import Projector
+from tests.imagined import RIG, imagined
+
+RANDOM = np.random.default_rng(0)
+
+
+@pytest.fixture(scope="module")
+def astray() -> Fit:
+    """A fit that ended early, beside data of an effect, k_F close to its bound."""
+    observations = imagined("gravity", (12.0,))
+    theta = begin(RIG.values * [1.01, 0.9, 0.05, 1.02])
+    return fit(observations, (), theta, warm=True, iterations=0)
+
+
+def augmented(fitted: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The whole linear problem: derivatives by parameters and by every nuisance, what is left, and lower bounds."""
+    linear = fitted.linear
+    trials, p, n = linear.by_parameter.shape
+    own = np.zeros((trials, n, trials, 3))
+    for i in range(trials):
+        own[i, :, i] = linear.by_own[i].T
+    design = np.concatenate(
+        [linear.by_parameter.transpose(0, 2, 1).reshape(-1, p), own.reshape(-1, 3 * trials)], axis=1
+    )
+    left = np.concatenate([linear.residual.ravel(), -fitted.u, -fitted.own.ravel()])
+    low = np.concatenate([fitted.coordinates.low - fitted.u, np.full(3 * trials, -np.inf)])
+    return np.concatenate([design, np.eye(design.shape[1])]), left, low
+
+
+def padded(signal: np.ndarray, left: np.ndarray) -> np.ndarray:
+    return np.concatenate([signal.ravel(), np.zeros(left.size - signal.size)])
+
+
+def test_gains_are_those_of_a_bounded_least_squares_problem(astray: Fit) -> None:
+    design, left, low = augmented(astray)
+    signals = RANDOM.standard_normal((3, *astray.linear.residual.shape)) + astray.linear.by_parameter[:, 2]
+    amounts = np.array([[0.0, 20.0, 60.0]] * 3)
+    projector = Projector.of(astray)
+    found = projector.gains(projector.reduce(signals), amounts)
+    held = 0
+    for k, signal in enumerate(signals):
+        for m, amount in enumerate(amounts[k]):
+            answer = lsq_linear(design, left - amount * padded(signal, left), (low, np.inf), tol=1e-12)
+            held += answer.active_mask[2] == -1
+            assert found[k, m] == pytest.approx(0.5 * left @ left - answer.cost, rel=1e-5)
+    assert 0 < held < 9, "k_F should be at its bound in some of the answers"
+
+
+def test_a_promise_is_no_merit_of_what_the_parameters_alone_would_explain(astray: Fit) -> None:
+    """A signature that the mass imitates wholly promises no more than the mass's prior costs."""
+    imitated = astray.linear.by_parameter[:, 0]
+    assert (astray.linear.residual * imitated).sum() ** 2 / (imitated**2).sum() > 1e5
+    assert Projector.of(astray).promise(imitated)[1] < 100.0
+
+
+def test_a_promise_is_the_largest_gain(astray: Fit) -> None:
+    signal = RANDOM.standard_normal(astray.linear.residual.shape) + astray.linear.residual
+    free = replace(astray, coordinates=astray.coordinates._replace(low=np.full(6, -np.inf)))
+    projector = Projector.of(free)
+    amount, gain = projector.promise(signal)
+    reduced = projector.reduce(signal[None])
+    none, here, *beside = projector.gains(reduced, amount * np.array([[0.0, 1.0, 0.9, 1.1]]))[0]
+    assert gain == pytest.approx(2 * (here - none), rel=1e-9)
+    assert here > max(beside)
+    assert projector.distances(reduced)[0] ** 2 == pytest.approx(
+        projector.gram(signal[None])[0, 0], rel=1e-12
+    )

@@ -1,0 +1,107 @@
+"""The scatter of triggers, told from repeats whose trigger times are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from acf_jax.dataset import Measurement, Noise, Prior, RigPrior
+from acf_jax.diagnosis.plan import imagine
+from acf_jax.inference.fit import fit
+from acf_jax.inference.forward import Grid, forward
+from acf_jax.inference.interpolation import at_times, peak_of
+from acf_jax.inference.observations import TRIGGER, Observations
+from acf_jax.inference.parameters import begin
+from acf_jax.inference.trigger import trigger_scatter
+from tests.imagined import CONDITIONS, RATE
+
+RIG = RigPrior(Prior(2.0, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
+INTERVAL, SPREAD, NOISE = 2e-4, 0.005, 1.0  # s, relative, N
+
+
+def repeated(scatter: float, conditions: int = 8, repeats: int = 3) -> Observations:
+    """Half sines on a pretension, as no model has them; triggers scatter by `scatter` sampling intervals."""
+    random = np.random.default_rng(5)
+    trials = conditions * repeats
+    condition = np.repeat(np.arange(conditions), repeats)
+    v_e, f_p = 0.05 + 0.04 * condition, np.full(trials, 80.0)
+    time = INTERVAL * np.arange(1, 40)
+    at = time + INTERVAL * scatter * random.standard_normal((trials, 1))
+    v, f = ((1 + SPREAD * random.standard_normal(trials)) * a for a in (v_e, f_p))
+    force = f[:, None] + 800 * v[:, None] * np.sin(at * np.pi / 8e-3)
+    return Observations(
+        names=tuple(f"t{i}" for i in range(trials)),
+        v_e=v_e,
+        f_p=f_p,
+        condition=condition,
+        time=np.tile(time, (trials, 1)),
+        force=force + NOISE * random.standard_normal(force.shape),
+        used=np.ones(force.shape, bool),
+        peak_only=np.zeros(trials, bool),
+        interval=np.full(trials, INTERVAL),
+        rel_std=(SPREAD, SPREAD),
+        noise=Noise(NOISE),
+        prior=RIG,
+    )
+
+
+@pytest.mark.parametrize("scatter", [0.1, 0.3])
+def test_a_scatter_is_found_and_not_understated(scatter: float) -> None:
+    assert scatter < trigger_scatter(repeated(scatter)) < 1.7 * scatter
+
+
+def test_repeats_that_do_not_repeat_say_nothing_of_triggers() -> None:
+    """Those of one condition alone had made the scatter of all as large as it can be."""
+    exact = repeated(0.0)
+    force = exact.force.copy()
+    force[0] = np.roll(force[0], 8)  # another impact altogether
+    assert trigger_scatter(replace(exact, force=force)) < 0.1
+
+
+def test_exact_triggers_are_known_to_be_exact() -> None:
+    assert trigger_scatter(repeated(0.0)) < 0.1
+
+
+def test_without_repeats_the_largest_scatter_stands() -> None:
+    assert trigger_scatter(repeated(0.0, conditions=12, repeats=1)) == TRIGGER
+
+
+def test_repeats_that_are_sampled_differently_say_nothing() -> None:
+    o = repeated(0.0)
+    late = np.where(np.arange(len(o.names)) % 3 == 0, 0.4, 0.0)[:, None]
+    assert trigger_scatter(replace(o, time=o.time + INTERVAL * late)) == TRIGGER
+
+
+def test_a_faulty_repeat_does_not_make_triggers_look_exact() -> None:
+    o = repeated(0.3)
+    force = o.force.copy()
+    force[4] *= 0.5
+    assert trigger_scatter(replace(o, force=force)) > 0.3
+
+
+def test_a_delay_that_all_triggers_share_is_found_beside_many_peaks() -> None:
+    """Peaks have no sampling interval: with theirs as the usual one, the delay looked like a lag of the sensor."""
+    plain = replace(imagine(RIG, Measurement(), CONDITIONS, RATE, NOISE), trigger_std=0.02)
+    grid, late = Grid(2e-5, 1000), 0.2 / RATE
+    forces = forward((), RIG.values, plain.v_e, plain.f_p, grid)
+    readings = np.array(
+        [
+            at_times(f, t - late, grid.h, c)
+            for f, t, c in zip(forces.sensed, plain.time, forces.contact, strict=True)
+        ]
+    )
+    peak_only = np.arange(len(plain.names)) < 8
+    readings[peak_only, 0] = [
+        peak_of(f, grid.h, c)[0]
+        for f, c in zip(forces.sensed[peak_only], forces.contact[peak_only], strict=True)
+    ]
+    first = np.arange(readings.shape[1]) == 0
+    observations = replace(
+        plain,
+        force=readings,
+        used=plain.used & (first | ~peak_only[:, None]),
+        peak_only=peak_only,
+        interval=np.where(peak_only, 0.0, plain.interval),
+    )
+    found = fit(observations, (), begin(RIG.values))
+    assert 0.5 * late < found.theta[-1] < 1.5 * late
