@@ -173,16 +173,16 @@ def _traced(law: Simulated, q: jax.Array) -> jax.Array:
 
 def _lean(effects: tuple[str, ...], angle: float, q: jax.Array) -> jax.Array:
     """`largest_force` with omega h = `angle`."""
-    rig, own = unpack(effects, q[:-3])
+    rig, built = unpack(effects, q[:-3])
     h = angle / jnp.sqrt((rig.k_f + rig.k_c) * (1 / rig.m + q[-1]))
-    return largest_force(rig, Impact(q[-3], q[-2]), [*own, Recoil(q[-1])], h, LONGEST).force
+    return largest_force(rig, Impact(q[-3], q[-2]), [*built, Recoil(q[-1])], h, LONGEST).force
 
 
 def _adaptive(effects: tuple[str, ...], tolerance: float, q: jax.Array) -> jax.Array:
     """diffrax, stopped at the first instant at which the contact is not compressed further."""
-    rig, own = unpack(effects, q[:-3])
+    rig, built = unpack(effects, q[:-3])
     impact = Impact(q[-3], q[-2])
-    system = make_system(rig, impact, [*own, Recoil(q[-1])], 1.0)
+    system = make_system(rig, impact, [*built, Recoil(q[-1])], 1.0)
     holding = [f for e in system.effects if (f := e.release_force(impact)) is not None]
     release = jnp.stack(holding).max() if holding else jnp.asarray(-jnp.inf)
 

@@ -1,7 +1,7 @@
 """Fit the weights of the diagnosis's score on blind runs, and say how well calibrated it then is.
 
     python -m benchmarks.fit_weights RUN [RUN ...]
-    python -m benchmarks.fit_weights RUN --try port=12 --try port=16,nameless=18
+    python -m benchmarks.fit_weights RUN --try free_curve=12 --try free_curve=16,nameless=18
 
 RUN is a folder of `python -m acf_jax blind --out RUN`, scored, or a file of benchmarks/kept/. The weights
 maximise the log probability of the truth, under a prior that is as wide as a factor of e about the present ones; a
@@ -78,11 +78,11 @@ def report(name: str, cases: Sequence[Case], weights: Weights) -> str:
 
 
 def changed(text: str) -> Weights:
-    """The present weights with some changed, as in `port=12,nameless=14`."""
+    """The present weights with some changed, as in `free_curve=12,nameless=14`."""
     try:
         values = {name: float(value) for name, value in (part.split("=", 1) for part in text.split(","))}
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form port=12,nameless=14") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form free_curve=12,nameless=14") from None
     if unknown := set(values) - {field.name for field in fields(Weights)}:
         raise argparse.ArgumentTypeError(f"no weight {', '.join(sorted(unknown))}")
     return replace(WEIGHTS, **values)

@@ -9,32 +9,32 @@ RIG = (1.9, 60.0, 800.0, 8e4)
 RIG_STD = (0.02, 6.0, 100.0, 1e3)
 
 
-def variant(effects: tuple[str, ...], own: tuple[float, ...], probability: float) -> Variant:
+def variant(effects: tuple[str, ...], values: tuple[float, ...], probability: float) -> Variant:
     """An explanation with 3 % uncertainty of its effects' parameters."""
-    std = np.array([*RIG_STD, *(0.03 * x for x in own)])
+    std = np.array([*RIG_STD, *(0.03 * x for x in values)])
     return Variant(
         effects=effects,
         probability=probability,
         names=tuple(name for name, _ in parameters(effects)),
-        theta=(*RIG, *own),
+        theta=(*RIG, *values),
         covariance=tuple(map(tuple, np.diag(std**2).tolist())),
     )
 
 
 def gap_model(
     effects: tuple[str, ...] = ("gravity",),
-    own: tuple[float, ...] = (-8.0,),
+    values: tuple[float, ...] = (-8.0,),
     alternatives: tuple[Variant, ...] = (),
     form_error: float = 0.0,
 ) -> GapModel:
-    """A model whose corrected variant has `effects` with the values `own`."""
+    """A model whose corrected variant has `effects` with the values `values`."""
     plain = variant((), (), 0.0)
     return GapModel(
         schema=SCHEMA,
         description="made for a test",
         nominal=plain,
         recalibrated=plain,
-        corrected=variant(effects, own, 0.9),
+        corrected=variant(effects, values, 0.9),
         alternatives=alternatives,
         peak_form_error=form_error,
         step_s=1.25e-4,

@@ -17,10 +17,10 @@ CONDITIONS = tuple(Trial(f"t{v}{f_p}", v, f_p) for v in (0.05, 0.1, 0.2, 0.3) fo
 FINE = Grid(2e-5, 1000)
 
 
-def imagined(effect: str, own: tuple[float, ...]) -> Observations:
+def imagined(effect: str, values: tuple[float, ...]) -> Observations:
     """Trials whose forces are those of an effect with these parameters."""
     plain = imagine(RIG, Measurement(), CONDITIONS, RATE, NOISE)
-    forces = forward((effect,), np.array([*RIG.values, *own]), plain.v_e, plain.f_p, FINE)
+    forces = forward((effect,), np.array([*RIG.values, *values]), plain.v_e, plain.f_p, FINE)
     sensed = [
         at_times(f, t, FINE.h, c) for f, t, c in zip(forces.sensed, plain.time, forces.contact, strict=True)
     ]

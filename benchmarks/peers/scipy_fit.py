@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from acf_jax.inference.fit import FARTHEST, LEAST_ZERO
-from acf_jax.inference.linear import N_OWN
+from acf_jax.inference.linear import N_NUISANCE
 from acf_jax.inference.observations import COMMON_TRIGGER, TRIGGER, Observations
 from acf_jax.inference.parameters import COMMON, Explanation, begin, coordinates, starts
 
@@ -36,22 +36,22 @@ class Answer(NamedTuple):
 
 def rates(explanation: Explanation, t: float, z: Array, theta: Array, v_e: Array, f_p: Array) -> list[Array]:
     """d/dt of flange, speed and the effect's two states, each of shape (impacts,)."""
-    m, d, k_f, k_c, *own = theta
+    m, d, k_f, k_c, *parameters = theta
     x, x_dot, *y = z
     robot = y[0] if explanation == ("robot_compliance",) else 0.0
     f_c = np.maximum(k_c * (v_e * t + robot - x) + f_p, 0.0)
     force: Array = f_c - d * x_dot - k_f * x
     extra: list[Array] = []
     if explanation == ("coulomb_friction",):
-        f_s, f_st, v_s = own
+        f_s, f_st, v_s = parameters
         w = x_dot / v_s
         force = force - f_s * np.tanh(w) - f_st * w / (0.25 * w * w + 0.75) ** 2
     elif explanation == ("robot_compliance",):
-        inverse_mass, hz, zeta = own
+        inverse_mass, hz, zeta = parameters
         omega = 2 * np.pi * hz
         extra = [y[1], -inverse_mass * f_c - 2 * zeta * omega * y[1] - omega**2 * y[0]]
     elif explanation == ("sensor_lag",):
-        tau, zeta = np.maximum(own[0], FASTEST_LAG), own[1]
+        tau, zeta = np.maximum(parameters[0], FASTEST_LAG), parameters[1]
         extra = [y[1], ((f_c - y[0]) / tau - 2 * zeta * y[1]) / tau]
     return [x_dot, force / m, *extra]
 
@@ -78,12 +78,12 @@ def one_by_one(
     """
     forces = []
     for i, t in enumerate(times):
-        own = theta[:, i], v_e[i], f_p[i]
+        trial = theta[:, i], v_e[i], f_p[i]
         solved = solve_ivp(
-            lambda s, z, own=own: rates(explanation, s, z, *own),
+            lambda s, z, trial=trial: rates(explanation, s, z, *trial),
             (0.0, t[-1]), np.zeros(states(explanation)), method="LSODA", dense_output=True, rtol=RTOL, atol=ATOL,
         )  # fmt: skip
-        forces.append(reading(explanation, t, solved.sol(np.maximum(t, 0.0)), *own))
+        forces.append(reading(explanation, t, solved.sol(np.maximum(t, 0.0)), *trial))
     return forces
 
 
@@ -123,15 +123,15 @@ class Problem:
     def split(self, x: Array) -> tuple[Array, Array]:
         """u and the nuisances, (trials, 3)."""
         p = len(self.at.centre)
-        return x[:p], x[p:].reshape(-1, N_OWN)
+        return x[:p], x[p:].reshape(-1, N_NUISANCE)
 
     def whitened(self, points: Sequence[Array]) -> list[Array]:
         """Whitened residuals of the samples, one vector a point; all points are simulated in one call."""
         o, thetas, v_e, f_p, times, zeros = self.observations, [], [], [], [], []
         for x in points:
-            u, own = self.split(x)
-            theta, shift = self.at.value(u), own * self.spread
-            thetas.append(np.tile(theta[:-COMMON, None], len(own)))
+            u, nuisance = self.split(x)
+            theta, shift = self.at.value(u), nuisance * self.spread
+            thetas.append(np.tile(theta[:-COMMON, None], len(nuisance)))
             v_e.append(o.v_e + shift[:, 0])
             f_p.append(o.f_p + shift[:, 1])
             zero, delay = theta[-COMMON:]
@@ -160,28 +160,28 @@ class Problem:
     def jacobian(self, x: Array) -> Array:
         """Forward differences: one a parameter, and one for all trials' nuisances of a kind."""
         p = len(self.at.centre)
-        steps = np.full(p + N_OWN, STEP)
+        steps = np.full(p + N_NUISANCE, STEP)
         steps[:p] = np.where(x[:p] + STEP > self.at.high, -STEP, STEP)
-        moves = np.zeros((p + N_OWN, len(x)))
+        moves = np.zeros((p + N_NUISANCE, len(x)))
         moves[np.arange(p), np.arange(p)] = 1
-        for k in range(N_OWN):
-            moves[p + k, p + k :: N_OWN] = 1
+        for k in range(N_NUISANCE):
+            moves[p + k, p + k :: N_NUISANCE] = 1
         # in the same call as what moved from it: errors of the integration then cancel
         base, *moved = self.whitened([x, *(x + step * move for step, move in zip(steps, moves, strict=True))])
         slopes = [(samples - base) / step for samples, step in zip(moved, steps, strict=True)]
         trial = np.repeat(np.arange(len(self.counts)), self.counts)
         rows = np.zeros((len(base), len(x)))
         rows[:, :p] = np.transpose(slopes[:p])
-        for k in range(N_OWN):
-            rows[np.arange(len(base)), p + N_OWN * trial + k] = slopes[p + k]
+        for k in range(N_NUISANCE):
+            rows[np.arange(len(base)), p + N_NUISANCE * trial + k] = slopes[p + k]
         return np.concatenate([rows, np.eye(len(x))])
 
     def solve(self, start: Array) -> Answer:
         """Fit from one start, in SI units."""
-        own = np.zeros(N_OWN * len(self.counts))
-        low = np.concatenate([self.at.low, own - FARTHEST])
-        high = np.concatenate([self.at.high, own + FARTHEST])
-        x = np.clip(np.concatenate([self.at.coordinate(start), own]), low, high)
+        nuisance = np.zeros(N_NUISANCE * len(self.counts))
+        low = np.concatenate([self.at.low, nuisance - FARTHEST])
+        high = np.concatenate([self.at.high, nuisance + FARTHEST])
+        x = np.clip(np.concatenate([self.at.coordinate(start), nuisance]), low, high)
         self.simulations = 0
         found = least_squares(self.residuals, x, self.jacobian, (low, high), method="trf", ftol=FTOL)
         return Answer(float(found.cost), self.split(found.x)[0], self.simulations)
@@ -191,7 +191,7 @@ def fit(observations: Observations, explanation: Explanation, simulate: Simulate
     """The best of the starts at the rig's prior; `diagnose` adds one at the recalibrated model."""
     problem = Problem(observations, explanation, simulate)
     prior = observations.prior.values
-    own = starts(explanation[0]) if explanation else [[]]
-    answers = [problem.solve(begin(prior, start)) for start in own]
+    begins = starts(explanation[0]) if explanation else [[]]
+    answers = [problem.solve(begin(prior, start)) for start in begins]
     best = min(answers, key=lambda answer: answer.objective)
     return best._replace(simulations=sum(answer.simulations for answer in answers))

@@ -35,9 +35,9 @@ def test_both_have_the_same_residuals_and_derivatives(few, explanation, simulate
     problem = scipy_fit.Problem(few, explanation, simulate)
     start = np.mean(starts(explanation[0]), axis=0) if explanation else []
     u = problem.at.coordinate(begin(few.prior.values, start))
-    own = 0.5 * np.random.default_rng(0).standard_normal((len(few.names), 3))
-    ours = linearise(few, explanation, problem.at, u, own, grid_for(few, problem.explanation))
-    x = np.concatenate([u, own.ravel()])
+    nuisance = 0.5 * np.random.default_rng(0).standard_normal((len(few.names), 3))
+    ours = linearise(few, explanation, problem.at, u, nuisance, grid_for(few, problem.explanation))
+    x = np.concatenate([u, nuisance.ravel()])
     residuals, slopes, n = problem.residuals(x), problem.jacobian(x), few.n_used
     # beside the loss of contact their derivatives may be on the other side of it
     np.testing.assert_allclose(residuals[:n], ours.residual[few.used], atol=0.1)  # of the noise
@@ -47,9 +47,9 @@ def test_both_have_the_same_residuals_and_derivatives(few, explanation, simulate
     np.testing.assert_allclose(
         -slopes[:n, : len(u)][rows], by_parameter, atol=0.04 * np.abs(by_parameter).max()
     )
-    by_own = np.moveaxis(ours.by_own, 1, 2)[inside]
+    by_nuisance = np.moveaxis(ours.by_nuisance, 1, 2)[inside]
     summed = slopes[:n, len(u) :].reshape(n, -1, 3).sum(1)  # of a sample only its own trial's are not zero
-    np.testing.assert_allclose(-summed[rows], by_own, atol=0.04 * np.abs(by_own).max())
+    np.testing.assert_allclose(-summed[rows], by_nuisance, atol=0.04 * np.abs(by_nuisance).max())
     np.testing.assert_array_equal(residuals[n:], x)
 
 

@@ -61,8 +61,8 @@ def test_reduced_mass_never_understates_the_force_against_a_body(seed: int) -> N
 
 @pytest.mark.parametrize("effects", [(), ("gravity",), ("contact_damping",), ("sensor_scale",)])
 def test_corrected_model_gives_the_contact_force_that_predict_gives(effects: tuple[str, ...]) -> None:
-    own = {"gravity": (-8.0,), "contact_damping": (20.0, 3e4, 100.0), "sensor_scale": (0.1,)}
-    values = own[effects[0]] if effects else ()
+    of_effect = {"gravity": (-8.0,), "contact_damping": (20.0, 3e4, 100.0), "sensor_scale": (0.1,)}
+    values = of_effect[effects[0]] if effects else ()
     assert not effects or len(values) == len(library()[effects[0]].parameters())
     gap = gap_model(effects, values)
     model, v, f_p = of_diagnosis(gap), np.array([0.1, 0.3]), np.array([60.0, 80.0])

@@ -8,7 +8,7 @@ from tests.few import few_explanations
 from validation.worlds import make_case, write_case
 
 KEPT = ("gravity", "pad_relaxation", "sensor_scale")
-PORTS = ("unknown_actuator", "unknown_sensor")
+CURVES = ("unknown_actuator", "unknown_sensor")
 
 
 @pytest.fixture(scope="session")
@@ -21,6 +21,6 @@ def gravity_set(tmp_path_factory: pytest.TempPathFactory) -> GapDataset:
 
 @pytest.fixture(scope="session")
 def diagnosed(gravity_set: GapDataset) -> Diagnosis:
-    """The diagnosis of that set with three of the thirteen effects and two of the ports."""
-    with few_explanations(KEPT, PORTS):
+    """The diagnosis of that set with three of the thirteen effects and two of the free curves."""
+    with few_explanations(KEPT, CURVES):
         return diagnose(gravity_set)

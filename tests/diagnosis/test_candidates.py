@@ -1,4 +1,4 @@
-"""From where ports are fitted, with fits that are made up."""
+"""From where free curves are fitted, with fits that are made up."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +14,7 @@ RIPPLE = [p.name for p in every_effect()["unknown_robot"].parameters()].index("r
 
 @pytest.fixture
 def begun(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, int]]:
-    """The ripple of each of the robot port's starts that was fitted, and for how many iterations; 300 fits best."""
+    """The ripple of each start of the robot's free curve that was fitted, and its iterations; 300 fits best."""
     seen: list[tuple[float, int]] = []
 
     def fit(_: Any, explanation: Any, start: np.ndarray, *rest: Any, iterations: int, **more: Any) -> Any:
@@ -29,20 +29,20 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, int]]:
 
 GROUND: Any = SimpleNamespace(
     observations=SimpleNamespace(prior=SimpleNamespace(values=np.ones(4)), n_used=100, measures=Measures()),
-    fitted=SimpleNamespace(theta=np.ones(6), common=np.zeros(2), own=None, objective=1000.0),
+    fitted=SimpleNamespace(theta=np.ones(6), common=np.zeros(2), nuisance=None, objective=1000.0),
 )
 
 
-def port(name: str, objective: float) -> Any:
+def curve(name: str, objective: float) -> Any:
     return SimpleNamespace(explanation=(name,), objective=objective)
 
 
-def test_a_port_gets_a_glance_from_each_of_its_starts(begun: list[tuple[float, int]]) -> None:
-    found = candidates.fit_further(GROUND, port("unknown_robot", 1000.0))
+def test_a_free_curve_gets_a_glance_from_each_of_its_starts(begun: list[tuple[float, int]]) -> None:
+    found = candidates.fit_further(GROUND, curve("unknown_robot", 1000.0))
     assert found.objective == 10.0
     assert begun == [(start[RIPPLE], candidates.GLANCE) for start in starts("unknown_robot")]
 
 
-def test_a_better_fit_of_a_port_stands(begun: list[tuple[float, int]]) -> None:
-    known = port("unknown_robot", 5.0)
+def test_a_better_fit_of_a_free_curve_stands(begun: list[tuple[float, int]]) -> None:
+    known = curve("unknown_robot", 5.0)
     assert candidates.fit_further(GROUND, known) is known

@@ -98,11 +98,15 @@ def test_the_recalibrated_model_answers_where_the_corrected_one_is_no_better() -
         update={"better": False, "recalibrated_form_error": 0.05}
     )
     at = np.array([0.2]), np.array([70.0])
-    (own,), (corrected,), (recalibrated,) = (
+    (of_trials,), (corrected,), (recalibrated,) = (
         predict(model, *at, which) for which in (None, "corrected", "recalibrated")
     )
-    assert own.peak_force == recalibrated.peak_force != corrected.peak_force
-    assert own.contact_peak_force_std > 0.05 * own.contact_peak_force > corrected.contact_peak_force_std
+    assert of_trials.peak_force == recalibrated.peak_force != corrected.peak_force
+    assert (
+        of_trials.contact_peak_force_std
+        > 0.05 * of_trials.contact_peak_force
+        > corrected.contact_peak_force_std
+    )
     contact = of_diagnosis(model)
     assert contact.names == (*contact.names[:4], "v_e", "f_p")  # the paper's model
     assert contact.form_error == 0.05 and contact.better is False

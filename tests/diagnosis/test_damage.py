@@ -12,7 +12,7 @@ from acf_jax.diagnosis.damage import highest_probability, tempered
 from acf_jax.evidence.posterior import UNKNOWN, Scored
 from acf_jax.inference.observations import observe
 from acf_jax.report import doubts, sentence
-from tests.diagnosis.conftest import KEPT, PORTS
+from tests.diagnosis.conftest import CURVES, KEPT
 from tests.few import few_explanations
 
 
@@ -60,7 +60,7 @@ def cut_off(dataset: GapDataset, share: float) -> GapDataset:
 
 @pytest.fixture(scope="module")
 def half(gravity_set: GapDataset) -> Diagnosis:
-    with few_explanations(KEPT, PORTS):
+    with few_explanations(KEPT, CURVES):
         return diagnose(cut_off(gravity_set, 0.55))
 
 

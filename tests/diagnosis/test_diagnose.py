@@ -27,7 +27,7 @@ from acf_jax.inference.parameters import Explanation, begin, parameters, starts
 from acf_jax.inference.projection import Projector
 from acf_jax.predict import predict
 from acf_jax.report import write_report
-from tests.diagnosis.conftest import KEPT, PORTS
+from tests.diagnosis.conftest import CURVES, KEPT
 from tests.few import few_explanations
 
 
@@ -53,8 +53,8 @@ def test_names_the_cause_and_shrinks_the_gap(diagnosed: Diagnosis) -> None:
         assert all(f"`{name}`" in page or f"`{key}.{name}`" in page for name in inner), key
 
 
-def test_a_cause_that_the_library_lacks_is_unknown_at_its_port(gravity_set: GapDataset) -> None:
-    with few_explanations(KEPT, PORTS):
+def test_a_cause_that_the_library_lacks_is_unknown_at_its_component(gravity_set: GapDataset) -> None:
+    with few_explanations(KEPT, CURVES):
         found = diagnose(gravity_set, without=["gravity"])
     assert found.scored[0].explanation == UNKNOWN
     assert found.corrected.explanation == ("unknown_actuator",)
@@ -119,7 +119,7 @@ def test_of_a_single_condition_no_figure_is_called_unseen(gravity_set: GapDatase
         replace(first, name=f"t{k}", trace=replace(first.trace, force=force))  # type: ignore[type-var]
         for k, force in enumerate(forces)
     ]
-    with few_explanations(KEPT, PORTS):
+    with few_explanations(KEPT, CURVES):
         found = diagnose(replace(gravity_set, trials=tuple(trials)))
     content = document(found)
     assert all(content["gap"][name]["force_rms_n"] is None for name in ("recalibrated", "corrected"))
@@ -287,7 +287,7 @@ def test_derivatives_of_the_objective_are_right(gravity_set: GapDataset) -> None
             u = best.u.copy()
             u[k] += step / np.sqrt(best.hessian[k, k])
             moved = fit(
-                observations, ("gravity",), best.coordinates.value(u), best.own, warm=True, iterations=0
+                observations, ("gravity",), best.coordinates.value(u), best.nuisance, warm=True, iterations=0
             )
             assert moved.objective > best.objective - 1e-6
 
@@ -299,9 +299,9 @@ def test_longer_steps_leave_the_chi_square(
     observations = observe(assess_dataset(gravity_set))
     start = begin(observations.prior.values, [-5.0] * len(explanation))
     near = fit(observations, explanation, start)
-    found = fit(observations, explanation, near.theta, near.own, warm=True)
+    found = fit(observations, explanation, near.theta, near.nuisance, warm=True)
     monkeypatch.setattr("acf_jax.inference.fit.STRIDE", 0.25)
-    finer = fit(observations, explanation, found.theta, found.own, warm=True)
+    finer = fit(observations, explanation, found.theta, found.nuisance, warm=True)
     assert finer.grid.h < found.grid.h / 4
     assert 2 * finer.objective == pytest.approx(2 * found.objective, abs=0.2)
 

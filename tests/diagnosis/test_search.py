@@ -64,12 +64,12 @@ SINGLES = {("coulomb_friction",): 1010.0, ("gravity",): 1012.0, ("pad_relaxation
 PROMISES = {("coulomb_friction", "sensor_lag"): 20.0}
 
 
-def test_few_pairs_are_tried_where_effects_explain_as_much_as_the_ports(fitted: Any) -> None:
+def test_few_pairs_are_tried_where_effects_explain_as_much_as_the_free_curves(fitted: Any) -> None:
     found = fitted({**SINGLES, ("unknown_robot",): 1000.0, TRUE: 900.0}, PROMISES)
     assert [e for e in found if len(e) == 2] == [("coulomb_friction", "sensor_lag")]
 
 
-def test_what_a_port_explains_beyond_every_effect_is_searched_for_among_pairs(fitted: Any) -> None:
+def test_what_a_free_curve_explains_beyond_every_effect_is_searched_for_among_pairs(fitted: Any) -> None:
     """The best effect stands in for one much like it: the true pair is found by a swap."""
     stands_in = ("coulomb_friction", "pad_relaxation")
     found = fitted({**SINGLES, ("unknown_robot",): 910.0, stands_in: 905.0, TRUE: 900.0}, PROMISES)

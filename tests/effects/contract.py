@@ -171,20 +171,20 @@ def it_supplies_no_energy(kind: Kind) -> None:
 
 @jax.jit
 def _closed_stroke(effect: AbstractEffect) -> tuple[jax.Array, jax.Array]:
-    """Energy that flows into the effect through its ports while x and s go out and back, and its absolute sum, J."""
+    """Energy that flows into the effect through its hooks while x and s go out and back, and its absolute sum, J."""
     impact, n, duration = Impact(v_e=0.2, f_p=0.0), 4000, 0.02
     h, turn = duration / n, 2 * jnp.pi / duration
 
-    def motion(t, own):
+    def motion(t, state):
         x, x_dot = 1e-3 * (1 - jnp.cos(turn * t)), 1e-3 * turn * jnp.sin(turn * t)
         s, s_dot = 0.5 * x, 0.5 * x_dot
         now = Motion(RIG, impact, t, x, x_dot, s, s_dot, jnp.asarray(0.0), RIG.k_c * s)
-        return now._replace(f_c=now.f_c + effect.contact_force(now, own))
+        return now._replace(f_c=now.f_c + effect.contact_force(now, state))
 
     def body(k, carry):
-        own, absorbed, exchanged = carry
+        state, absorbed, exchanged = carry
         t = k * h
-        half = own + h / 2 * effect.rates(motion(t, own), 1e-3 * turn**2 * jnp.cos(turn * t), own)
+        half = state + h / 2 * effect.rates(motion(t, state), 1e-3 * turn**2 * jnp.cos(turn * t), state)
         now = motion(t + h / 2, half)
         x_ddot = 1e-3 * turn**2 * jnp.cos(turn * now.t)
         power = (
@@ -193,8 +193,8 @@ def _closed_stroke(effect: AbstractEffect) -> tuple[jax.Array, jax.Array]:
             + now.f_c * effect.pad_displacement(half)[1]
             - now.f_c * effect.robot_displacement(RIG, impact, now.t, half)[1]
         )
-        own = own + h * effect.rates(now, x_ddot, half)
-        return own, absorbed + h * power, exchanged + h * jnp.abs(power)
+        state = state + h * effect.rates(now, x_ddot, half)
+        return state, absorbed + h * power, exchanged + h * jnp.abs(power)
 
-    nothing = jnp.zeros(effect.n_own), jnp.asarray(0.0), jnp.asarray(0.0)
+    nothing = jnp.zeros(effect.n_state), jnp.asarray(0.0), jnp.asarray(0.0)
     return jax.lax.fori_loop(0, n, body, nothing)[1:]

@@ -96,7 +96,7 @@ def test_the_rules_can_fail(example):
     class Bad(library()[example]):
         title = ""
 
-        def force_on_mass(self, motion, own):
+        def force_on_mass(self, motion, state):
             return 1.0 + 20.0 * motion.x_dot
 
     broken = []

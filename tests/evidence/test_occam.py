@@ -61,8 +61,8 @@ def test_peaks_alone_show_no_signature(weak: Observations) -> None:
 
 @pytest.mark.parametrize("name", ["contact_damping", "sensor_lag", "end_stop"])
 def test_forces_without_derivatives_are_the_same(name: str) -> None:
-    own = [p.starts[-1] for p in every_effect()[name].parameters()]
-    theta, grid = np.array([[*RIG.values, *own], [*1.1 * RIG.values, *own]]), Grid(2e-5, 600)
+    values = [p.starts[-1] for p in every_effect()[name].parameters()]
+    theta, grid = np.array([[*RIG.values, *values], [*1.1 * RIG.values, *values]]), Grid(2e-5, 600)
     v_e, f_p = np.array([0.1, 0.3, 0.2]), np.array([40.0, 80.0, 120.0])
     sensed, contact = plain_forward((name,), theta, v_e, f_p, grid)
     for k, row in enumerate(theta):

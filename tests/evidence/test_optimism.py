@@ -32,11 +32,13 @@ def fits(measured: Observations) -> list[Fit]:
 
 
 def unseen(observations: Observations, fitted: Fit, out: np.ndarray) -> float:
-    """Chi-square of the trials `out` under a real fit of the others, their own nuisances fitted to them."""
-    refit = fit(observations.subset(~out), fitted.explanation, fitted.theta, fitted.own[~out], warm=True)
-    left, own, none = observations.subset(out), fitted.own[out], np.zeros_like(refit.u)
-    linear = linearise(left, fitted.explanation, refit.coordinates, refit.u, own, fitted.grid)
-    return 2 * half_chi_square(linear, none, own) - normal_equations(linear, none, own).gain_of_own
+    """Chi-square of the trials `out` under a real fit of the others, their nuisances fitted to them."""
+    refit = fit(observations.subset(~out), fitted.explanation, fitted.theta, fitted.nuisance[~out], warm=True)
+    left, nuisance, none = observations.subset(out), fitted.nuisance[out], np.zeros_like(refit.u)
+    linear = linearise(left, fitted.explanation, refit.coordinates, refit.u, nuisance, fitted.grid)
+    return (
+        2 * half_chi_square(linear, none, nuisance) - normal_equations(linear, none, nuisance).nuisance_gain
+    )
 
 
 def test_it_is_what_real_fits_of_the_other_conditions_leave_more(

@@ -75,7 +75,7 @@ def test_a_form_that_strains_the_rig_is_not_exact() -> None:
 
 
 def port_shares(strain: float = 0.0, weights: Weights = WEIGHTS, **chi_square: float) -> dict[str, float]:
-    """Of an unknown cause, by what each port leaves; its rig strained at the actuator's."""
+    """Of an unknown cause, by what each free curve leaves; its rig strained at the actuator's."""
     names = [(), *((name,) for name in free_curves())]
     left = (20000.0, *(chi_square[component_of(name)] for name in free_curves()))
     strains = [(strain if "unknown_actuator" in name else 0.0,) * 4 for name in names]
@@ -83,7 +83,7 @@ def port_shares(strain: float = 0.0, weights: Weights = WEIGHTS, **chi_square: f
     return {component_of(name): float(value) for name, value in zip(free_curves(), p / p.sum(), strict=True)}
 
 
-def test_the_port_stays_open_where_none_fits() -> None:
+def test_the_component_stays_open_where_none_fits() -> None:
     alike = replace(WEIGHTS, in_series=0.0)
     near = port_shares(weights=alike, actuator=1000.0, contact=2000.0, robot=2000.0, sensor=2000.0)
     far = port_shares(weights=alike, actuator=11000.0, contact=12000.0, robot=12000.0, sensor=12000.0)
@@ -91,7 +91,7 @@ def test_the_port_stays_open_where_none_fits() -> None:
     assert far["actuator"] < 0.8
 
 
-def test_ports_that_all_forces_pass_and_strained_ones_have_to_fit_better() -> None:
+def test_free_curves_that_all_forces_pass_and_strained_ones_have_to_fit_better() -> None:
     even = port_shares(actuator=1000.0, contact=1000.0, robot=1000.0, sensor=1000.0)
     assert even["actuator"] == even["contact"]
     assert even["robot"] == even["sensor"] == pytest.approx(even["contact"] * np.exp(-WEIGHTS.in_series))
@@ -107,7 +107,7 @@ def test_noise_whose_colour_is_hardly_known_is_no_unknown_cause() -> None:
     assert Noise(1.0, samples=20).doubt == 0.0
 
 
-def test_ports_and_further_effects_cost_more_where_single_effects_pay_for_their_freedom() -> None:
+def test_free_curves_and_further_effects_cost_more_where_single_effects_pay_for_their_freedom() -> None:
     names: list[Explanation] = [(), ("gravity",), ("gravity", "sensor_lag"), ("unknown_robot",)]
 
     def odds(volume: float | None) -> np.ndarray:
@@ -171,7 +171,7 @@ def test_fits_are_as_probable_as_their_explanations_are_said_to_be() -> None:
     assert p[2:] == pytest.approx([0.755 * 0.75, 0.755 * 0.25])
 
 
-def test_no_explanation_is_certain_nor_are_the_ports_together() -> None:
+def test_no_explanation_is_certain_nor_are_the_free_curves_together() -> None:
     fits = [cast(Fit, SimpleNamespace(explanation=e)) for e in [(), *((name,) for name in free_curves())]]
     scored = explanations(fits, np.array([0.0004, 0.9, 0.0496, 0.03, 0.02]))
     assert [s.explanation for s in scored] == [("unknown",), ()]

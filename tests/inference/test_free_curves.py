@@ -1,4 +1,4 @@
-"""What the free curves at the ports can imitate: laws of the library, as if these were withheld."""
+"""What the free curves can imitate: laws of the library, as if these were withheld."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,12 +19,12 @@ OMEGA = 2 * np.pi * HZ
 
 
 def sensed(name: str, **values: float) -> np.ndarray:
-    """The readings, N, with an effect or port whose strengths are zero and shapes typical where not given."""
+    """The readings, N, with an effect or free curve whose strengths are zero and shapes typical where not given."""
     return forward((name,), np.array([*RIG, *typical(name, **values)]), V_E, F_P, GRID).sensed
 
 
 @pytest.mark.parametrize(
-    ("law", "port"),
+    ("law", "curve"),
     [
         (
             ("sensor_lag", {"time_constant_s": 1 / OMEGA, "damping_ratio": 0.8}),
@@ -52,12 +52,12 @@ def sensed(name: str, **values: float) -> np.ndarray:
     ],
     ids=lambda side: side[0],
 )
-def test_a_port_imitates_a_law_at_its_component(
-    law: tuple[str, dict[str, float]], port: tuple[str, dict[str, float]]
+def test_a_free_curve_imitates_a_law_at_its_component(
+    law: tuple[str, dict[str, float]], curve: tuple[str, dict[str, float]]
 ) -> None:
-    by_law, by_port = sensed(law[0], **law[1]), sensed(port[0], **port[1])
-    assert np.abs(by_law - sensed(port[0])).max() > 1.0  # the law does something
-    np.testing.assert_allclose(by_port, by_law, atol=1e-6)
+    by_law, by_curve = sensed(law[0], **law[1]), sensed(curve[0], **curve[1])
+    assert np.abs(by_law - sensed(curve[0])).max() > 1.0  # the law does something
+    np.testing.assert_allclose(by_curve, by_law, atol=1e-6)
 
 
 def test_a_pad_that_flows_at_once_carries_no_more_than_its_level() -> None:
@@ -90,7 +90,7 @@ def test_a_robot_with_play_yields_up_to_a_level_only() -> None:
     quick = {"frequency_hz": 500.0, "damping_ratio": 1.0}
     play = {"yield_m": 1e-4, "yield_beyond_m": -1e-4, "level_n": 50.0, **quick}
     rigid, yielding, with_play = (
-        sensed("unknown_robot", **own) for own in (quick, {"yield_m": 1e-4, **quick}, play)
+        sensed("unknown_robot", **shape) for shape in (quick, {"yield_m": 1e-4, **quick}, play)
     )
     lost = [float((rigid - other).max()) for other in (yielding, with_play)]
     assert lost[0] > 2 * lost[1] > 1.0
@@ -127,13 +127,13 @@ def test_a_free_curve_goes_on_straight_beyond_the_forces_that_were_tried() -> No
     assert continued(curve, u, jnp.asarray(jnp.inf), (0.2,), 5.0) == pytest.approx(curve(u))
 
 
-@pytest.mark.parametrize("port", ["unknown_contact", "unknown_sensor"])
-def test_the_reach_of_a_free_curve_changes_nothing_below_it(port: str) -> None:
-    theta = np.array([2.0, 60.0, 800.0, 3e5, *(p.scale for p in free_curves()[port].parameters())])
+@pytest.mark.parametrize("curve", ["unknown_contact", "unknown_sensor"])
+def test_the_reach_of_a_free_curve_changes_nothing_below_it(curve: str) -> None:
+    theta = np.array([2.0, 60.0, 800.0, 3e5, *(p.scale for p in free_curves()[curve].parameters())])
     grid = Grid(1e-4, 100)
     v_e, f_p = np.array([0.05, 0.3]), np.array([60.0, 60.0])
-    reach = reach_of((port,), theta, v_e[:1], f_p[:1], grid)
-    free, held = (forward((port,), theta, v_e, f_p, grid, r).sensed for r in (np.inf, reach))
+    reach = reach_of((curve,), theta, v_e[:1], f_p[:1], grid)
+    free, held = (forward((curve,), theta, v_e, f_p, grid, r).sensed for r in (np.inf, reach))
     assert held[0] == pytest.approx(free[0], rel=1e-12)
     assert abs(held[1] - free[1]).max() > 1.0
     assert reach_of(("gravity",), np.append(theta[:4], 5.0), v_e, f_p, grid) == np.inf

@@ -26,13 +26,13 @@ def augmented(fitted: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The whole linear problem: derivatives by parameters and by every nuisance, what is left, and lower bounds."""
     linear = fitted.linear
     trials, p, n = linear.by_parameter.shape
-    own = np.zeros((trials, n, trials, 3))
+    nuisance = np.zeros((trials, n, trials, 3))
     for i in range(trials):
-        own[i, :, i] = linear.by_own[i].T
+        nuisance[i, :, i] = linear.by_nuisance[i].T
     design = np.concatenate(
-        [linear.by_parameter.transpose(0, 2, 1).reshape(-1, p), own.reshape(-1, 3 * trials)], axis=1
+        [linear.by_parameter.transpose(0, 2, 1).reshape(-1, p), nuisance.reshape(-1, 3 * trials)], axis=1
     )
-    left = np.concatenate([linear.residual.ravel(), -fitted.u, -fitted.own.ravel()])
+    left = np.concatenate([linear.residual.ravel(), -fitted.u, -fitted.nuisance.ravel()])
     low = np.concatenate([fitted.coordinates.low - fitted.u, np.full(3 * trials, -np.inf)])
     return np.concatenate([design, np.eye(design.shape[1])]), left, low
 

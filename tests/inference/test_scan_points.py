@@ -11,15 +11,15 @@ from tests.imagined import NOISE, imagined
 
 
 @pytest.mark.parametrize(
-    ("effect", "own"),
+    ("effect", "parameters"),
     [("sensor_resonance", (0.01, 2200.0, 0.01)), ("pad_mass", (0.06, 2000.0, 0.02))],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_a_small_oscillation_between_the_starts_is_found(effect: str, own: tuple[float, ...]) -> None:
-    quiet = imagined(effect, own)
+def test_a_small_oscillation_between_the_starts_is_found(effect: str, parameters: tuple[float, ...]) -> None:
+    quiet = imagined(effect, parameters)
     noise = NOISE * np.random.default_rng(1).standard_normal(quiet.force.shape)
     observations = replace(quiet, force=quiet.force + noise)
     ground = Ground.of(observations, fit_nominal(observations))
     found = fit_single(ground, effect)
     assert 2 * (ground.fitted.objective - found.objective) > 20.0
-    assert found.theta[5] == pytest.approx(own[1], rel=0.1)  # its frequency
+    assert found.theta[5] == pytest.approx(parameters[1], rel=0.1)  # its frequency

@@ -15,7 +15,7 @@ EVIL = "</script><img src=x onerror=\"document.title='owned'\">"
 
 
 def diagnose_with_few(dataset: GapDataset) -> Diagnosis:
-    """Two effects and one port in place of the whole library: compiled programs are what costs time."""
+    """Two effects and one free curve in place of the whole library: compiled programs are what costs time."""
     with few_explanations(KEPT, ("unknown_actuator",)):
         return diagnose(dataset)
 
@@ -48,8 +48,8 @@ def peaks_only(evil_set: GapDataset) -> Diagnosis:
 def unknown(diagnosed: Diagnosis) -> Diagnosis:
     """The same diagnosis, had the free discrepancy at the actuator been the most probable explanation."""
     d = diagnosed
-    port = next(f for f in d.fits if f.explanation == ("unknown_actuator",))
-    probability = tuple(0.98 if f is port else 0.02 / (len(d.fits) - 1) for f in d.fits)
+    curve = next(f for f in d.fits if f.explanation == ("unknown_actuator",))
+    probability = tuple(0.98 if f is curve else 0.02 / (len(d.fits) - 1) for f in d.fits)
     scored = (Scored(UNKNOWN, 0.98), Scored((), 0.02))
-    changes = {"scored": scored, "credible": (UNKNOWN,), "corrected": port, "indistinguishable": ()}
+    changes = {"scored": scored, "credible": (UNKNOWN,), "corrected": curve, "indistinguishable": ()}
     return replace(d, verdict="unknown", probability=probability, **changes)

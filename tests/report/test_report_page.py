@@ -266,7 +266,7 @@ def test_an_unknown_cause_is_drawn_along_the_impacts(unknown: Diagnosis, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("port", "strengths"),
+    ("curve", "strengths"),
     [
         ("unknown_actuator", {"dry_n": 10.0}),
         ("unknown_actuator", {"held_share": 0.5}),
@@ -274,18 +274,18 @@ def test_an_unknown_cause_is_drawn_along_the_impacts(unknown: Diagnosis, tmp_pat
         ("unknown_robot", {}),
     ],
 )
-def test_the_drawn_impact_obeys_the_contact_law(port: str, strengths: dict[str, float]) -> None:
+def test_the_drawn_impact_obeys_the_contact_law(curve: str, strengths: dict[str, float]) -> None:
     """F_C = k_C s + F_C(0) and what the contact adds; the force is that of the fit, which is simulated apart."""
-    own = [strengths.get(p.name, p.scale if p.shape else 0.0) for p in every_effect()[port].parameters()]
-    theta = np.array([2.0, 60.0, 2e3, 1.5e5, *own])
+    values = [strengths.get(p.name, p.scale if p.shape else 0.0) for p in every_effect()[curve].parameters()]
+    theta = np.array([2.0, 60.0, 2e3, 1.5e5, *values])
     v_e, f_p, grid = np.array([0.3]), np.array([80.0]), Grid(5e-5, 300)
     (course,) = along(
-        SimpleNamespace(explanation=(port,), physical=theta, grid=grid), v_e, f_p, np.array([0.01])
+        SimpleNamespace(explanation=(curve,), physical=theta, grid=grid), v_e, f_p, np.array([0.01])
     )
-    added = course.discrepancy if port == "unknown_contact" else 0.0
+    added = course.discrepancy if curve == "unknown_contact" else 0.0
     law = 1.5e5 * 1e-3 * course.compression + course.force[0] + added
     np.testing.assert_allclose(course.force, law, atol=1e-6)
-    contact = forward((port,), theta, v_e, f_p, grid).contact[0]
+    contact = forward((curve,), theta, v_e, f_p, grid).contact[0]
     np.testing.assert_allclose(
         course.force, np.interp(course.time, 0.05 * np.arange(301), contact), rtol=1e-9
     )

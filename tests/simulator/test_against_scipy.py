@@ -20,14 +20,14 @@ TIME = H * np.arange(SAMPLES)
 
 @dataclass(frozen=True)
 class Truth:
-    """Right-hand sides of m x'' + d x' + k_F x = F_C + force, F_C = contact(s, s') and y' = own(...)."""
+    """Right-hand sides of m x'' + d x' + k_F x = F_C + force, F_C = contact(s, s') and y' = state_rates(...)."""
 
     contact: Callable = lambda t, s, s_dot, y: K_C * s + F_P
     force: Callable = lambda t, x_dot, f_c, y: 0.0
     robot: Callable = lambda t, y: (0.0, 0.0)  # displacement and velocity besides v t
     pad: Callable = lambda y: (0.0, 0.0)
-    own: Callable = lambda t, s_dot, x_ddot, f_c, y: ()
-    n_own: int = 0
+    state_rates: Callable = lambda t, s_dot, x_ddot, f_c, y: ()
+    n_state: int = 0
     release: float = 0.0  # s, the flange is held until then
     filter: tuple | None = None  # numerator and denominator in s
 
@@ -44,13 +44,13 @@ class Truth:
             x, x_dot, *y = z
             f_c, s_dot = contact(t, z)
             x_ddot = (f_c + self.force(t, x_dot, f_c, y) - D * x_dot - K_F * x) / M
-            return [x_dot, x_ddot, *self.own(t, s_dot, x_ddot, f_c, y)]
+            return [x_dot, x_ddot, *self.state_rates(t, s_dot, x_ddot, f_c, y)]
 
-        z_0 = np.zeros(2 + self.n_own)
+        z_0 = np.zeros(2 + self.n_state)
         after = TIME[self.release <= TIME]
         options = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-13, "max_step": 2e-4}
         moving = solve_ivp(rates, (self.release, TIME[-1]), z_0, t_eval=after, **options).y.T
-        held = np.zeros((SAMPLES - len(after), 2 + self.n_own))
+        held = np.zeros((SAMPLES - len(after), 2 + self.n_state))
         forces = [contact(t, z)[0] for t, z in zip(TIME, [*held, *moving], strict=True)]
         return (lsim(self.filter, forces, TIME)[1] if self.filter else np.array(forces)), np.array(forces)
 
@@ -70,8 +70,11 @@ def gravity(f_g):
 def force_regulation(hz, valve_hz):
     return Truth(
         force=lambda t, x_dot, f_c, y: -y[0],
-        own=lambda t, s_dot, x_ddot, f_c, y: (2 * pi * hz * (y[1] - y[0]), 2 * pi * valve_hz * (F_P - y[1])),
-        n_own=2,
+        state_rates=lambda t, s_dot, x_ddot, f_c, y: (
+            2 * pi * hz * (y[1] - y[0]),
+            2 * pi * valve_hz * (F_P - y[1]),
+        ),
+        n_state=2,
     )
 
 
@@ -102,8 +105,8 @@ def contact_hardening(excess, gain, q):
 def pad_relaxation(a, p, tau):  # as a relaxed spring with a Maxwell branch beside it
     return Truth(
         contact=lambda t, s, s_dot, y: (1 - a) * K_C * s + F_P * (1 - p * (1 - np.exp(-t / tau))) + y[0],
-        own=lambda t, s_dot, x_ddot, f_c, y: (a * K_C * s_dot - y[0] / tau,),
-        n_own=1,
+        state_rates=lambda t, s_dot, x_ddot, f_c, y: (a * K_C * s_dot - y[0] / tau,),
+        n_state=1,
     )
 
 
@@ -112,11 +115,11 @@ def pad_mass(m_p, hz, zeta):
     return Truth(
         pad=lambda y: (y[0], y[1]),
         force=lambda t, x_dot, f_c, y: F_P + k_p * y[0] + d_p * y[1] - f_c,
-        own=lambda t, s_dot, x_ddot, f_c, y: (
+        state_rates=lambda t, s_dot, x_ddot, f_c, y: (
             y[1],
             (f_c - F_P - k_p * y[0] - d_p * y[1]) / m_p - x_ddot,
         ),
-        n_own=2,
+        n_state=2,
     )
 
 
@@ -124,11 +127,11 @@ def robot_compliance(inverse_mass, hz, zeta):
     omega = 2 * pi * hz
     return Truth(
         robot=lambda t, y: (y[0], y[1]),
-        own=lambda t, s_dot, x_ddot, f_c, y: (
+        state_rates=lambda t, s_dot, x_ddot, f_c, y: (
             y[1],
             -inverse_mass * f_c - 2 * zeta * omega * y[1] - omega**2 * y[0],
         ),
-        n_own=2,
+        n_state=2,
     )
 
 
@@ -139,7 +142,9 @@ def robot_deceleration(a, b, t_0):
         wanted = -brake if t_0 < t < t_0 + V / brake else 0.0
         return y[1], y[2], (wanted - y[2]) / t_0
 
-    return Truth(robot=lambda t, y: (y[0], y[1]), own=lambda t, s_dot, x_ddot, f_c, y: rates(t, y), n_own=3)
+    return Truth(
+        robot=lambda t, y: (y[0], y[1]), state_rates=lambda t, s_dot, x_ddot, f_c, y: rates(t, y), n_state=3
+    )
 
 
 def sensor_lag(tau, zeta):

@@ -47,10 +47,10 @@ SMALL: dict[str, Any] = {
 
 
 def configuration(
-    folder: Path, effect: str = "gravity", own: tuple[float, ...] = (-8.0,), **more: Any
+    folder: Path, effect: str = "gravity", values: tuple[float, ...] = (-8.0,), **more: Any
 ) -> Path:
     """The small configuration and the model that it names, as files."""
-    (folder / "model.json").write_text(write_model(gap_model((effect,), own)), "utf-8")
+    (folder / "model.json").write_text(write_model(gap_model((effect,), values)), "utf-8")
     content = SMALL | {"labels": {"model": str(folder / "model.json")}} | more
     path = folder / "small.yaml"
     path.write_text(yaml.safe_dump(content), "utf-8")

@@ -22,11 +22,11 @@ class Point(NamedTuple):
     """Everything that a fit may adjust, in standard deviations."""
 
     common: Array  # (COMMON,) m, d, k_F, k_C and the delay of all triggers
-    own: Array  # (conditions, 3) velocity, pretension and trigger of the trials
+    nuisance: Array  # (conditions, 3) velocity, pretension and trigger of the trials
 
-    def moved(self, common: Array, own: Array, share: float = 1.0) -> "Point":
+    def moved(self, common: Array, nuisance: Array, share: float = 1.0) -> "Point":
         """The point further along a direction."""
-        return Point(self.common + share * common, self.own + share * own)
+        return Point(self.common + share * common, self.nuisance + share * nuisance)
 
 
 class Misfit(NamedTuple):
@@ -34,7 +34,7 @@ class Misfit(NamedTuple):
 
     left: Array  # (conditions, samples)
     by_common: Array  # (conditions, samples, COMMON)
-    by_own: Array  # (conditions, samples, 3)
+    by_nuisance: Array  # (conditions, samples, 3)
 
 
 class Imitation:
@@ -61,7 +61,7 @@ class Imitation:
     def force(self, at: Point, is_lost: bool = True) -> Array:
         """Force without causes, N, (conditions, samples); with `is_lost` contact ends where it would pull."""
         rig = Rig(*(self.value + self.std * at.common[:4]))
-        v, f, late = at.own.T[:, :, None]
+        v, f, late = at.nuisance.T[:, :, None]
         spread = self.setup.spread
         time = self.time + self.delay_std * at.common[4] + self.trigger_std * late
         force = contact_force(rig, self.v_e * (1 + spread * v), self.f_p * (1 + spread * f), time)
@@ -70,9 +70,9 @@ class Imitation:
     def misfit(self, at: Point, is_lost: bool = True) -> Misfit:
         """What the point leaves of the traces, and the derivatives of its force."""
         here, none = self.force(at, is_lost), self.truth
-        common, own = np.eye(COMMON), np.eye(3)
-        beside = [at.moved(common[i], none.own, STEP) for i in range(COMMON)]
-        beside += [at.moved(none.common, own[i], STEP) for i in range(3)]
+        common, nuisance = np.eye(COMMON), np.eye(3)
+        beside = [at.moved(common[i], none.nuisance, STEP) for i in range(COMMON)]
+        beside += [at.moved(none.common, nuisance[i], STEP) for i in range(3)]
         rows = [self.measured - here, *((self.force(p, is_lost) - here) / STEP for p in beside)]
         white = self.setup.noise.whiten(np.stack(rows, axis=-1).swapaxes(0, 1)).swapaxes(0, 1)
         white = white * self.recorded[..., None]
@@ -80,21 +80,21 @@ class Imitation:
 
     def squared(self, at: Point, misfit: Misfit) -> float:
         """Squared whitened distance of the traces from the point's forces, and of the point from the priors."""
-        of_trials = float((misfit.left**2).sum() + (at.own**2).sum())
+        of_trials = float((misfit.left**2).sum() + (at.nuisance**2).sum())
         return self.setup.repeats * of_trials + float(at.common @ at.common)
 
     def _step(self, at: Point, misfit: Misfit) -> tuple[Array, Array]:
-        """One step of Gauss and Newton: the trials' own parts are eliminated, the rig stays within its bounds."""
+        """One step of Gauss and Newton: the nuisances are eliminated, the rig stays within its bounds."""
         left, j, k = misfit
         repeats = self.setup.repeats
         inverse = np.linalg.inv(np.einsum("cna,cnb->cab", k, k) + np.eye(3))
-        on_own = np.einsum("cna,cn->ca", k, left) - at.own
+        on_nuisance = np.einsum("cna,cn->ca", k, left) - at.nuisance
         cross = np.einsum("cna,cnp->cap", k, j)
         reduced = np.einsum("cap,cab->cpb", cross, inverse)
         normal = np.einsum("cnp,cnq->pq", j, j) - np.einsum("cpb,cbq->pq", reduced, cross)
-        gradient = np.einsum("cnp,cn->p", j, left) - np.einsum("cpb,cb->p", reduced, on_own)
+        gradient = np.einsum("cnp,cn->p", j, left) - np.einsum("cpb,cb->p", reduced, on_nuisance)
         step = _within(np.eye(COMMON) + repeats * normal, repeats * gradient - at.common, at.common, self.low)
-        return step, np.einsum("cab,cb->ca", inverse, on_own - cross @ step)
+        return step, np.einsum("cab,cb->ca", inverse, on_nuisance - cross @ step)
 
     def best(self) -> tuple[Point, float]:
         """The point whose forces come nearest to the traces, and the squared distance that is left.
@@ -147,15 +147,15 @@ class Imitation:
         for c in range(len(self.setup.conditions)):
             n = min(len(signal[c]) for signal in signals)
             # The unit rows are the priors, in standard deviations.
-            basis, _ = np.linalg.qr(np.vstack([misfit.by_own[c, :n], np.eye(3)]))
+            basis, _ = np.linalg.qr(np.vstack([misfit.by_nuisance[c, :n], np.eye(3)]))
 
-            def off_own(rows: Array, basis: Array = basis) -> Array:
+            def off_nuisance(rows: Array, basis: Array = basis) -> Array:
                 padded = np.concatenate([rows, np.zeros((3, rows.shape[1]))])
                 return np.asarray(padded - basis @ (basis.T @ padded))
 
             white = self.setup.noise.whiten(np.stack([signal[c][:n] for signal in signals], axis=1))
-            columns.append(weight * off_own(misfit.by_common[c, :n]))
-            targets.append(weight * off_own(white))
+            columns.append(weight * off_nuisance(misfit.by_common[c, :n]))
+            targets.append(weight * off_nuisance(white))
         design, target = np.concatenate(columns), np.concatenate(targets)
         theta, *_ = np.linalg.lstsq(design, target)
         left = target - design @ theta

@@ -39,7 +39,7 @@ class Braking(AbstractEffect):
     deceleration: Scalar = strength("m/s^2", 0.0, 200.0, (1.0, 5.0), 5.0, "deceleration")
     reaction: Scalar = strength("s", 0.0, 10.0, (0.01, 0.1), 0.1, "time from contact to braking")
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
         is_braking = jnp.isfinite(self.deceleration)
         a = jnp.where(is_braking, self.deceleration, 1.0)
         since = jnp.clip(t - self.reaction, 0.0, impact.v_e / a)

@@ -52,8 +52,8 @@ class ContactModel(eqx.Module):
         """`relative` for z of one of the explanations: the extra parameters of one beside the main have none."""
         if v is self.main:
             return self.relative
-        own = np.zeros(len(v.theta) - len(RIG))
-        return np.r_[self.relative[: len(RIG)], own, self.relative[-2:]]
+        extra = np.zeros(len(v.theta) - len(RIG))
+        return np.r_[self.relative[: len(RIG)], extra, self.relative[-2:]]
 
     @property
     def doubt(self) -> str:

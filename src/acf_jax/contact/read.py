@@ -74,11 +74,11 @@ def of_diagnosis(
         others = tuple(_variant(model, v) for v in (model.corrected, *model.alternatives))
         main = replace(main, weight=sum(v.weight for v in others))
     effects = chosen.effects
-    own = parameters(effects)[len(RIG) :]
-    names = (*RIG, *(name for name, _ in own), *IMPACT)
+    known = parameters(effects)[len(RIG) :]
+    names = (*RIG, *(name for name, _ in known), *IMPACT)
     return ContactModel(
         names=names,
-        units=(*UNITS, *(p.unit for _, p in own), "m/s", "N"),
+        units=(*UNITS, *(p.unit for _, p in known), "m/s", "N"),
         main=main,
         others=others,
         relative=np.array([float(given.get(name, 0.0)) for name in names]),
@@ -118,10 +118,10 @@ def learnt_range(model: ContactModel, name: str) -> Range | None:
 def possible_fault(model: ContactModel, name: str, span: Range) -> str | None:
     """Why a parameter of an effect cannot lie anywhere in a range; None where it can, and for any other quantity."""
     law = model.main.peak.original()
-    own = dict(parameters(law.effects)[len(RIG) :]) if isinstance(law, Simulated) else {}
-    if name not in own or own[name].low <= span[0] <= span[1] <= own[name].high:
+    known = dict(parameters(law.effects)[len(RIG) :]) if isinstance(law, Simulated) else {}
+    if name not in known or known[name].low <= span[0] <= span[1] <= known[name].high:
         return None
-    return f"leaves what it can be, {own[name].low:g} to {own[name].high:g}; narrow it"
+    return f"leaves what it can be, {known[name].low:g} to {known[name].high:g}; narrow it"
 
 
 def zeta_span(model: ContactModel, spans: Mapping[str, Range]) -> Range:
@@ -135,11 +135,11 @@ def zeta_span(model: ContactModel, spans: Mapping[str, Range]) -> Range:
 
 def _variant(model: GapModel, saved: Saved) -> Variant:
     theta = np.array(saved.theta)
-    own = [p.low for _, p in parameters(saved.effects)[len(RIG) :]]
+    lowest = [p.low for _, p in parameters(saved.effects)[len(RIG) :]]
     return Variant(
         Simulated(saved.effects, model.step_s, tried_reach(model, saved)),
         theta,
         np.array(saved.covariance),
-        np.r_[LEAST_SHARE * theta[: len(RIG)], own],
+        np.r_[LEAST_SHARE * theta[: len(RIG)], lowest],
         max(saved.probability, 1e-9),
     )

@@ -15,12 +15,12 @@ class Recoil(AbstractEffect):
 
     component = "contact"
     title = "Recoiling body"
-    n_own = 2
+    n_state = 2
 
     inverse_mass_per_kg: Scalar = strength("1/kg", 0.0, 10.0, (0.1, 1.0), 1.0, "one over the body's mass")
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
-        return -own[0], -own[1]
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
+        return -state[0], -state[1]
 
-    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        return jnp.stack([own[1], self.inverse_mass_per_kg * motion.f_c])
+    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+        return jnp.stack([state[1], self.inverse_mass_per_kg * motion.f_c])

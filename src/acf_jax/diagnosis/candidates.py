@@ -1,4 +1,4 @@
-"""Fitting the candidate explanations: single effects, the four ports, and pairs found by forward search."""
+"""Fitting the candidate explanations: single effects, the four free curves, and pairs found by forward search."""
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,7 +17,7 @@ from acf_jax.inference.parameters import Explanation, begin, classes, is_free_cu
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
 GLANCE = 6  # iterations after which fits that begin apart are compared
-ROUGHLY = 1e-4  # tolerance of a port's fit: a little more of chi-square says nothing of a free curve
+ROUGHLY = 1e-4  # tolerance of a free curve's fit: a little more of chi-square says nothing of it
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
 
 Result = TypeVar("Result")
@@ -29,13 +29,13 @@ def fit_nominal(observations: Observations) -> Fit:
 
 
 def fit_single(ground: Ground, name: str) -> Fit:
-    """One effect or port added to the paper's model, whose fit is the `ground`: the best of its starts.
+    """One effect or free curve added to the paper's model, whose fit is the `ground`: the best of its starts.
 
     An effect's own starts begin at the rig's prior, and one more at the recalibrated model with the strength that
     explains most of what it leaves, and as it was looked for, where that is none of the starts. Where it leaves little,
     the answer is a small step from it: there all starts begin at the recalibrated model, and only the strongest at the
-    prior, too. A port begins with its first start at the prior and with the one that promises most at the recalibrated
-    model, so that it never explains less than that.
+    prior, too. A free curve begins with its first start at the prior and with the one that promises most at the
+    recalibrated model, so that it never explains less than that.
     """
     begins, promise = starts(name, ground.observations.measures), ground.promise(name)
     if name in library():
@@ -49,7 +49,7 @@ def fit_single(ground: Ground, name: str) -> Fit:
 
 
 def fit_further(ground: Ground, fitted: Fit) -> Fit:
-    """The fit of a port, or a better one from its other starts, where it has any.
+    """The fit of a free curve, or a better one from its other starts, where it has any.
 
     Where a kink lies, or how fast a ripple is, parts the valleys of its misfit. So fits from every start get a glance,
     at the recalibrated model where that leaves little and else at the prior, and the best is carried on.
@@ -72,13 +72,13 @@ def _fits_from(
     near: Sequence[Sequence[float]],
     iterations: int,
 ) -> list[Fit]:
-    """Fits of one effect or port from starts at the rig's prior (`far`) and at the recalibrated model (`near`)."""
+    """Fits of one effect or free curve from starts at the rig's prior (`far`) and the recalibrated model (`near`)."""
     observations, nominal = ground.observations, ground.fitted
     at_prior = [begin(observations.prior.values, start) for start in far]
     at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.common]) for start in near]
     fit_it = partial(fit, observations, (name,), iterations=iterations, tolerance=_tolerance((name,)))
     return [fit_it(theta) for theta in at_prior] + [
-        fit_it(theta, nominal.own, warm=True) for theta in at_nominal
+        fit_it(theta, nominal.nuisance, warm=True) for theta in at_nominal
     ]
 
 
@@ -94,18 +94,18 @@ def fit_more(
     iterations: int = ITERATIONS,
 ) -> Fit:
     """A fitted explanation with one more effect, from its strong start and from what it promised (`Ground.promise`)."""
-    own = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
+    blocks = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
 
     def beside(start: np.ndarray) -> np.ndarray:
-        middle = [own.get(effect, start) for effect in explanation]
+        middle = [blocks.get(effect, start) for effect in explanation]
         return np.concatenate([fitted.theta[:4], *middle, fitted.common])
 
     own_starts = [np.array(starts(name, observations.measures)[-1])] + (
         [] if promised is None else [promised]
     )
     return best(
-        fit(observations, explanation, beside(start), fitted.own, iterations=iterations)
+        fit(observations, explanation, beside(start), fitted.nuisance, iterations=iterations)
         for start in own_starts
     )
 
@@ -113,7 +113,9 @@ def fit_more(
 def go_on(observations: Observations, fitted: Fit, warm: bool = False) -> Fit:
     """A fit carried on that was ended early, or (`warm`) that ended under another noise than the observations'."""
     tolerance = _tolerance(fitted.explanation)
-    return fit(observations, fitted.explanation, fitted.theta, fitted.own, warm=warm, tolerance=tolerance)
+    return fit(
+        observations, fitted.explanation, fitted.theta, fitted.nuisance, warm=warm, tolerance=tolerance
+    )
 
 
 def best(fits: Iterable[Fit]) -> Fit:
@@ -134,5 +136,5 @@ def _blocks(fitted: Fit) -> list[np.ndarray]:
 
 
 def singles(effects: Sequence[str]) -> list[Explanation]:
-    """Every effect and every port, alone."""
+    """Every effect and every free curve, alone."""
     return [(name,) for name in (*effects, *free_curves())]

@@ -229,7 +229,7 @@ def _evidence(observations: Observations, fits: Sequence[Fit]) -> list[Evidence]
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:
-    """The fit behind the most probable explanation: of an unknown cause the best port's."""
+    """The fit behind the most probable explanation: of an unknown cause the best free curve's."""
     matching = [
         i
         for i, f in enumerate(fits)

@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import reach_of
-from acf_jax.inference.linear import N_OWN, linearise
+from acf_jax.inference.linear import N_NUISANCE, linearise
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation
 
@@ -75,7 +75,7 @@ def _distance(
     Noise and nuisances of the repeats are their own, the fits' parameters are as uncertain in all of them.
     """
     trial = replace(planned, v_e=np.array([v]), f_p=np.array([f]))
-    quiet = np.zeros((1, N_OWN))
+    quiet = np.zeros((1, N_NUISANCE))
     lines = [
         linearise(trial, x.explanation, x.coordinates, x.u, quiet, x.grid, reach)
         for x, reach in zip(fits, reaches, strict=True)
@@ -83,7 +83,7 @@ def _distance(
     if not all(line.is_sound for line in lines):
         return 0.0
     difference = np.sqrt(REPEATS) * (lines[0].residual - lines[1].residual)[0]
-    columns = [lines[0].by_own[0].T]
+    columns = [lines[0].by_nuisance[0].T]
     for x, line in zip(fits, lines, strict=True):
         columns.append(np.sqrt(REPEATS) * line.by_parameter[0].T @ x.root)
     spread = np.concatenate(columns, axis=1)

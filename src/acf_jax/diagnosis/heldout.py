@@ -10,7 +10,7 @@ from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.forward import forward, reach_of
 from acf_jax.inference.interpolation import peak_of
-from acf_jax.inference.linear import N_OWN, linearise
+from acf_jax.inference.linear import N_NUISANCE, linearise
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import COMMON, Explanation
 
@@ -72,24 +72,24 @@ def _predict_unseen(
     seen = out if out.all() else ~out
     theta = fitted.theta
     if refit and not out.all():
-        kept = fitted.own[seen]
+        kept = fitted.nuisance[seen]
         theta = fit(o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12).theta
     physical = theta[:-COMMON]
     reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)
-    own = np.zeros((out.sum(), N_OWN))
+    nuisance = np.zeros((out.sum(), N_NUISANCE))
     predict = partial(
         linearise, left, fitted.explanation, fitted.coordinates, u, grid=fitted.grid, reach=reach
     )
-    linear = predict(own)
+    linear = predict(nuisance)
     if not linear.is_sound:  # a free curve goes astray there: it predicts no force at all
         nothing = np.where(left.used, left.force, 0.0), np.where(left.used, o.noise.std**2, 0.0)
         return *nothing, np.zeros(len(left.names))
     # when the recording was triggered is no model's business: each trial is shifted to where it fits best
-    timing = linear.by_own[:, TIMING]
+    timing = linear.by_nuisance[:, TIMING]
     shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
-    own[:, TIMING] = np.clip(shift, -LATEST, LATEST)
-    linear = predict(own)
+    nuisance[:, TIMING] = np.clip(shift, -LATEST, LATEST)
+    linear = predict(nuisance)
     forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach)
     scatter = np.einsum("ian,a->in", linear.spread[:, :TIMING] ** 2, spread_of(scattered)[:TIMING])
     peak = [
@@ -110,7 +110,7 @@ def largest_reading(force: np.ndarray, noise_std: float) -> float:
 
 def spread_of(fitted: Fit) -> np.ndarray:
     """(3,) variance of the nuisances from trial to trial, in units of their priors and at most theirs."""
-    return np.minimum((fitted.own**2).mean(0), 1.0)
+    return np.minimum((fitted.nuisance**2).mean(0), 1.0)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from acf_jax.diagnosis.candidates import best, in_parallel
 from acf_jax.effects import library
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
-from acf_jax.inference.linear import N_OWN, linearise
+from acf_jax.inference.linear import N_NUISANCE, linearise
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import COMMON, RIG, Explanation, every_effect, is_free_curve, starts
 
@@ -42,10 +42,10 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
 
     Each other explanation is fitted to the noise-free predictions of `truth`; what it cannot imitate is the distance.
     """
-    quiet = np.zeros((len(observations.names), N_OWN))
+    quiet = np.zeros((len(observations.names), N_NUISANCE))
     linear = linearise(observations, truth.explanation, truth.coordinates, truth.u, quiet, truth.grid)
     ideal = replace(observations, force=np.where(observations.used, linear.predicted, 0.0))
-    own = float((truth.u[:4] ** 2).sum() + (truth.u[-COMMON:] ** 2).sum())
+    prior = float((truth.u[:4] ** 2).sum() + (truth.u[-COMMON:] ** 2).sum())
 
     def imitate(other: Fit) -> Fit:
         guesses = [other.theta]
@@ -60,7 +60,7 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
     pairs = []
     for other in imitations:
         # the prior's cost of the true rig is paid by both
-        error = bayes_error(np.sqrt(max(0.0, misfit(other) - own)))
+        error = bayes_error(np.sqrt(max(0.0, misfit(other) - prior)))
         if error > BAYES_ERROR:
             pairs.append(Pair((truth.explanation, other.explanation), error))
     return sorted(pairs, key=lambda p: -p.bayes_error)
@@ -68,9 +68,9 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
 
 def _by_first_strength(name: str) -> list[list[float]]:
     """The starts of an effect, every strength but the first one at zero: it is the size that is spoken of."""
-    own = every_effect()[name].parameters()
+    known = every_effect()[name].parameters()
     return [
-        [value if k == 0 or p.shape else 0.0 for k, (p, value) in enumerate(zip(own, start, strict=True))]
+        [value if k == 0 or p.shape else 0.0 for k, (p, value) in enumerate(zip(known, start, strict=True))]
         for start in starts(name)
     ]
 

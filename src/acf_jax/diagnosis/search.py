@@ -1,4 +1,4 @@
-"""Which explanations are fitted: every single effect and port, then more effects together by forward search."""
+"""Which explanations are fitted: every single effect and free curve, then more effects together by forward search."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -21,7 +21,9 @@ from acf_jax.inference.trigger import with_scatter
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
 FAR = 1.5  # the same above which a fit leaves much
-LEFT_BEHIND = 30.0  # chi-square that a port explains beyond every single effect where these leave something
+LEFT_BEHIND = (
+    30.0  # chi-square that a free curve explains beyond every single effect where these leave something
+)
 STRAINED = 15.0  # squared prior std by which the rig of the best single effect hides something
 PAIRS, TRIPLES = 8, 2  # that are fitted
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained,
@@ -49,7 +51,7 @@ class Couple(NamedTuple):
 
 
 def fit_all(observations: Observations, effects: Sequence[str], progress: Progress) -> tuple[Fit, list[Fit]]:
-    """The recalibrated model, every single effect and port, and the pairs that forward search finds."""
+    """The recalibrated model, every single effect and free curve, and the pairs that forward search finds."""
     progress("recalibrating the paper's model")
     recalibrated = candidates.fit_nominal(observations)
     progress("fitting every effect")
@@ -59,11 +61,11 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     progress("searching for pairs")
 
     alone = _best_first(f for f in fits if not is_free_curve(f.explanation))
-    better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a port than of any effect
+    better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a free curve than of any effect
     hidden = sum(evidence_of(alone[0]).strain) > STRAINED
     if _left(observations, alone) > UNEXPLAINED or better > LEFT_BEHIND or hidden:
-        at_ports = [partial(candidates.fit_further, ground, f) for f in fits if is_free_curve(f.explanation)]
-        fits = [*(f for f in fits if not is_free_curve(f.explanation)), *candidates.in_parallel(at_ports)]
+        of_curves = [partial(candidates.fit_further, ground, f) for f in fits if is_free_curve(f.explanation)]
+        fits = [*(f for f in fits if not is_free_curve(f.explanation)), *candidates.in_parallel(of_curves)]
         more = _try_all(observations, alone)
         if more and _left(observations, more) > FAR:
             more += _grow(observations, _best_first(more)[:LEADERS], effects, TRIPLES)

@@ -42,7 +42,7 @@ class Form(NamedTuple):
 
 LAW = Form(0.03, 1.2, 1.1, 0.04, 1.3)
 LATE = LAW._replace(beyond=0.3)  # a law much like a delay: no fit compares the first samples
-FREE = Form(0.1, 1.2, 2.0, 0.4, 4.0)  # a free curve at a port
+FREE = Form(0.1, 1.2, 2.0, 0.4, 4.0)  # a free curve
 
 
 def form_of(corrected: Fit, probability: float) -> Form:
@@ -143,8 +143,8 @@ def _lateness(observations: Observations, corrected: Fit) -> float:
     """The delay, s, common to all trials, where a sensor could have caused it: it may belong to the sensor's form."""
     if not any(component_of(name) == "sensor" for name in corrected.explanation):
         return 0.0
-    own = (corrected.own * observations.nuisance_std)[:, TIMING].mean()
-    return float(corrected.common[1] + own)
+    late = (corrected.nuisance * observations.nuisance_std)[:, TIMING].mean()
+    return float(corrected.common[1] + late)
 
 
 def _quantiles(values: np.ndarray, weights: np.ndarray, shares: tuple[float, ...]) -> list[float]:

@@ -1,6 +1,6 @@
-"""What an unmodelled effect is: parameters with ranges, and the ports through which it acts.
+"""What an unmodelled effect is: parameters with ranges, and the hooks through which it acts.
 
-The simulator knows only this interface. An effect overrides the ports it needs; every other port keeps the
+The simulator knows only this interface. An effect overrides the hooks it needs; every other hook keeps the
 paper's model. With its strengths at zero an effect changes nothing at all, whatever its shapes are.
 """
 
@@ -80,7 +80,7 @@ class Motion(NamedTuple):
 class AbstractEffect(eqx.Module):
     """An effect that the paper's model leaves out; a subclass is one file of this folder, its id the file's name.
 
-    `own` is the effect's own state, a vector of `n_own` entries that starts at zero.
+    `state` is what the effect integrates for itself, a vector of `n_state` entries that starts at zero.
     """
 
     component: ClassVar[Component]
@@ -88,16 +88,16 @@ class AbstractEffect(eqx.Module):
     fits_noise: ClassVar[bool] = False  # finds something of its kind in any noise: it has to explain more
     delays: ClassVar[bool] = False  # what it does to the reading is much like a delay
     longest_step: ClassVar[float] = float("inf")  # s, of a simulation that resolves its own dynamics
-    n_own: ClassVar[int] = 0
+    n_state: ClassVar[int] = 0
     n_memory: ClassVar[int] = 2  # entries of the memory of `sense`
 
     def robot_displacement(
-        self, rig: Rig, impact: Impact, t: Scalar, own: Float[Array, " n_own"]
+        self, rig: Rig, impact: Impact, t: Scalar, state: Float[Array, " n_state"]
     ) -> tuple[Scalar, Scalar]:
         """Displacement (m) and velocity (m/s) of the robot in addition to v t."""
         return jnp.zeros_like(t), jnp.zeros_like(t)
 
-    def pad_displacement(self, own: Float[Array, " n_own"]) -> tuple[Scalar, Scalar]:
+    def pad_displacement(self, state: Float[Array, " n_state"]) -> tuple[Scalar, Scalar]:
         """Displacement (m) and velocity (m/s) of the contact point relative to the flange."""
         return jnp.asarray(0.0), jnp.asarray(0.0)
 
@@ -109,17 +109,19 @@ class AbstractEffect(eqx.Module):
         """The contact force (N) above which the flange starts to move; it is free from the start by default."""
         return None
 
-    def contact_force(self, motion: Motion, own: Float[Array, " n_own"]) -> Scalar:
+    def contact_force(self, motion: Motion, state: Float[Array, " n_state"]) -> Scalar:
         """Contact force (N) in addition to k_C s + F_P."""
         return jnp.zeros_like(motion.t)
 
-    def force_on_mass(self, motion: Motion, own: Float[Array, " n_own"]) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: Float[Array, " n_state"]) -> Scalar:
         """Force (N) on the flange mass in addition to the contact force."""
         return jnp.zeros_like(motion.t)
 
-    def rates(self, motion: Motion, x_ddot: Scalar, own: Float[Array, " n_own"]) -> Float[Array, " n_own"]:
-        """Time derivative of the effect's own state."""
-        return jnp.zeros_like(own)
+    def rates(
+        self, motion: Motion, x_ddot: Scalar, state: Float[Array, " n_state"]
+    ) -> Float[Array, " n_state"]:
+        """Time derivative of the state."""
+        return jnp.zeros_like(state)
 
     def sense(
         self, f: tuple[Scalar, Scalar], h: Scalar, memory: Float[Array, " n_memory"]

@@ -19,6 +19,6 @@ class CoulombFriction(AbstractEffect):
     )
     transition_velocity_m_per_s: Scalar = shape("m/s", 1e-3, 0.3, (0.01, 0.03), "speed v_s of full sliding")
 
-    def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
         w = motion.x_dot / self.transition_velocity_m_per_s
         return -self.force_n * jnp.tanh(w) - self.stribeck_n * w / (0.25 * w**2 + 0.75) ** 2

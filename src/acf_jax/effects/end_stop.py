@@ -26,5 +26,5 @@ class EndStop(AbstractEffect):
     def release_force(self, impact: Impact) -> Scalar:
         return jnp.where(self.share > 0, impact.f_p, -jnp.inf)
 
-    def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
         return -self.opposing_share * motion.impact.f_p

@@ -12,18 +12,18 @@ class ForceRegulation(AbstractEffect):
 
     component = "actuator"
     title = "Force regulation"
-    n_own = 2
+    n_state = 2
 
     bandwidth_hz: Scalar = strength(
         "Hz", 0.0, 200.0, (1.0, 10.0), 10.0, "bandwidth of the pressure, omega_r / 2 pi"
     )
     valve_hz: Scalar = shape("Hz", 5.0, 2000.0, (400.0, 60.0), "bandwidth of valve and line, omega_v / 2 pi")
 
-    def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
-        return -own[0]
+    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+        return -state[0]
 
-    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        force, command = own
+    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+        force, command = state
         return (
             2
             * jnp.pi

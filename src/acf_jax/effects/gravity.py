@@ -12,5 +12,5 @@ class Gravity(AbstractEffect):
 
     force_n: Scalar = strength("N", -150.0, 150.0, (5.0, -5.0), 20.0, "force in the direction of compression")
 
-    def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
         return self.force_n

@@ -14,7 +14,7 @@ class PadMass(AbstractEffect):
     title = "Pad mass"
     longest_step = 5e-5  # a light pad rings at some kilohertz
     fits_noise = True  # at one frequency of many
-    n_own = 2
+    n_state = 2
 
     mass_kg: Scalar = strength("kg", 0.0, 3.0, (0.05, 0.1, 0.5), 0.3, "mass of the pad")
     frequency_hz: Scalar = shape(
@@ -22,19 +22,19 @@ class PadMass(AbstractEffect):
     )
     damping_ratio: Scalar = shape("1", 0.01, 0.5, (0.05,), "damping ratio of the pad on its stiffness")
 
-    def pad_displacement(self, own: Scalar) -> tuple[Scalar, Scalar]:
-        return own[0], own[1]
+    def pad_displacement(self, state: Scalar) -> tuple[Scalar, Scalar]:
+        return state[0], state[1]
 
-    def _excess(self, own: Scalar) -> Scalar:
+    def _excess(self, state: Scalar) -> Scalar:
         omega_p = 2 * jnp.pi * self.frequency_hz
-        return self.mass_kg * (omega_p**2 * own[0] + 2 * self.damping_ratio * omega_p * own[1])
+        return self.mass_kg * (omega_p**2 * state[0] + 2 * self.damping_ratio * omega_p * state[1])
 
-    def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
-        pad_force = motion.f_0 + self._excess(own)
+    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+        pad_force = motion.f_0 + self._excess(state)
         return jnp.where(self.mass_kg > 0, pad_force - motion.f_c, 0.0)
 
-    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
+    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
         present = self.mass_kg > 0
         mass = jnp.where(present, self.mass_kg, 1.0)
-        z_ddot = (motion.f_c - motion.f_0 - self._excess(own)) / mass - x_ddot
-        return jnp.where(present, jnp.stack([own[1], z_ddot]), 0.0)
+        z_ddot = (motion.f_c - motion.f_0 - self._excess(state)) / mass - x_ddot
+        return jnp.where(present, jnp.stack([state[1], z_ddot]), 0.0)

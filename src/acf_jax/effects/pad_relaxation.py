@@ -13,16 +13,16 @@ class PadRelaxation(AbstractEffect):
 
     component = "contact"
     title = "Relaxing pad"
-    n_own = 1
+    n_state = 1
 
     stiffness_share: Scalar = strength("1", 0.0, 0.9, (0.1, 0.4), 0.3, "share a of k_C that relaxes")
     preload_share: Scalar = strength("1", 0.0, 1.0, (0.0, 0.1), 0.1, "share p of the pretension that relaxes")
     relaxation_time_s: Scalar = shape("s", 3e-4, 0.1, (1e-3, 5e-3), "time constant tau")
 
-    def contact_force(self, motion: Motion, own: Scalar) -> Scalar:
+    def contact_force(self, motion: Motion, state: Scalar) -> Scalar:
         faded = 1 - jnp.exp(-motion.t / self.relaxation_time_s)
-        relaxed = self.stiffness_share * motion.rig.k_c * own[0]
+        relaxed = self.stiffness_share * motion.rig.k_c * state[0]
         return -relaxed - self.preload_share * motion.impact.f_p * faded
 
-    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        return (motion.s - own) / self.relaxation_time_s
+    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+        return (motion.s - state) / self.relaxation_time_s

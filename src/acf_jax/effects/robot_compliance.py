@@ -13,7 +13,7 @@ class RobotCompliance(AbstractEffect):
 
     component = "robot"
     title = "Compliant robot"
-    n_own = 2
+    n_state = 2
 
     inverse_mass_per_kg: Scalar = strength(
         "1/kg", 0.0, 2.0, (0.01, 0.1, 0.4), 0.1, "one over the robot's mass"
@@ -21,10 +21,12 @@ class RobotCompliance(AbstractEffect):
     frequency_hz: Scalar = shape("Hz", 2.0, 300.0, (15.0, 60.0, 40.0), "its natural frequency")
     damping_ratio: Scalar = shape("1", 0.01, 1.0, (0.1,), "its damping ratio zeta_r")
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
-        return own[0], own[1]
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
+        return state[0], state[1]
 
-    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
+    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
         omega_r = 2 * jnp.pi * self.frequency_hz
         driven = -self.inverse_mass_per_kg * motion.f_c
-        return jnp.stack([own[1], driven - 2 * self.damping_ratio * omega_r * own[1] - omega_r**2 * own[0]])
+        return jnp.stack(
+            [state[1], driven - 2 * self.damping_ratio * omega_r * state[1] - omega_r**2 * state[0]]
+        )

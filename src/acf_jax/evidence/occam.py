@@ -55,7 +55,7 @@ class _Near:
     def __init__(self, observations: Observations, recalibrated: Fit):
         self.observations, self.rig = observations, recalibrated.theta[: len(RIG)]
         self.projector = Projector.of(recalibrated)
-        shift = recalibrated.own * observations.nuisance_std
+        shift = recalibrated.nuisance * observations.nuisance_std
         self.times = observations.time - (shift[:, 2] + recalibrated.common[1])[:, None]
         # repeats differ so little that one simulation does for all of them
         _, self.member = np.unique(observations.condition, return_inverse=True)
@@ -76,8 +76,8 @@ class _Near:
 
     def _signatures(self, name: str, forms: np.ndarray) -> tuple[Reduced, np.ndarray]:
         """The signatures of an effect's forms (k, q), each at about the distance `SHOWN`, and their distances (k,)."""
-        own = every_effect()[name].parameters()
-        has_shape = any(p.shape for p in own)
+        known = every_effect()[name].parameters()
+        has_shape = any(p.shape for p in known)
         grid = grid_for(self.observations, (name,))
         without = self._forces((), np.empty((1, 0)), grid)
 
@@ -96,9 +96,9 @@ class _Near:
         off = np.abs(np.log([seen(size)[1] / SHOWN for size in LADDER]))
         return seen(LADDER[off.argmin(0)])
 
-    def _forces(self, explanation: tuple[str, ...], own: np.ndarray, grid: Grid) -> np.ndarray:
-        """The sensed force of every trial, N, (k, trials, n), with each of `own` (k, q)."""
-        theta = np.column_stack([np.tile(self.rig, (len(own), 1)), own])
+    def _forces(self, explanation: tuple[str, ...], forms: np.ndarray, grid: Grid) -> np.ndarray:
+        """The sensed force of every trial, N, (k, trials, n), with each of `forms` (k, q)."""
+        theta = np.column_stack([np.tile(self.rig, (len(forms), 1)), forms])
         forces = plain_forward(explanation, theta, self.v_e, self.f_p, grid)
         with np.errstate(over="ignore", invalid="ignore"):  # of an unstable integration
             result = []
@@ -114,12 +114,12 @@ def _forms(fitted: Fit) -> np.ndarray:
     Of several strengths each stands alone as often as all together; what may act either way does so.
     """
     (name,) = fitted.explanation
-    own = every_effect()[name].parameters()
-    strengths = [k for k, p in enumerate(own) if not p.shape]
-    drawn = qmc.Sobol(len(own) + 1, rng=0).random_base2(LOG2_FORMS)
+    known = every_effect()[name].parameters()
+    strengths = [k for k, p in enumerate(known) if not p.shape]
+    drawn = qmc.Sobol(len(known) + 1, rng=0).random_base2(LOG2_FORMS)
     part = (drawn[:, -1] * (len(strengths) + 1)).astype(int)  # which strength acts; the last one: all
-    forms = np.empty((len(drawn), len(own)))
-    for k, p in enumerate(own):
+    forms = np.empty((len(drawn), len(known)))
+    for k, p in enumerate(known):
         if p.shape:
             tail = norm.cdf(-WITHIN)
             u = norm.ppf(tail + (1 - 2 * tail) * drawn[:, k])
@@ -129,7 +129,7 @@ def _forms(fitted: Fit) -> np.ndarray:
         else:
             alone, together = part == strengths.index(k), part == len(strengths)
             forms[:, k] = p.scale * (alone + together * drawn[:, k])
-    if len(own) == 1:
+    if len(known) == 1:
         forms = forms[:1]  # all alike
     if every_effect()[name].acts_either_way():
         other = forms.copy()
@@ -141,9 +141,9 @@ def _forms(fitted: Fit) -> np.ndarray:
 
 def _sized(name: str, forms: np.ndarray, scale: np.ndarray | float) -> np.ndarray:
     """Forms (k, q) with their strengths multiplied, all of them alike and so that each stays within its bounds."""
-    own = every_effect()[name].parameters()
-    strengths = np.array([not p.shape for p in own])
-    low, high = np.array([[p.low for p in own], [p.high for p in own]])
+    known = every_effect()[name].parameters()
+    strengths = np.array([not p.shape for p in known])
+    low, high = np.array([[p.low for p in known], [p.high for p in known]])
     room = np.where(forms < 0, low, high) / np.where(forms == 0, np.finfo(float).tiny ** 0.5, forms)
     within = np.minimum(scale, room[:, strengths].min(1))
     return np.where(strengths, forms * within[:, None], forms)

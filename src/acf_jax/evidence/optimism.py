@@ -1,6 +1,6 @@
 """What a fit owes to having seen what it is judged by: each condition predicted from the others, to first order.
 
-A free curve at a port follows the noise of the trials that it is fitted to, and leaves less of them than of others;
+A free curve follows the noise of the trials that it is fitted to, and leaves less of them than of others;
 an effect with its few parameters hardly does. The chi-square that a condition leaves when the other ones alone are
 fitted shows the difference (Stone, 'Cross-validatory choice', J. R. Stat. Soc. B 36, 1974); `optimism` is what it
 exceeds the fit's own by (Efron, 'How biased is the apparent error rate', J. Am. Stat. Assoc. 81, 1986).
@@ -34,11 +34,11 @@ def optimism(fitted: Fit, condition: np.ndarray) -> float:
 
 
 def _left_unseen(fitted: Fit, out: np.ndarray) -> float:
-    """Chi-square of the trials `out` after one step to the fit of the others, their own nuisances fitted anew."""
+    """Chi-square of the trials `out` after one step to the fit of the others, their nuisances fitted anew."""
     rest, left, free = np.flatnonzero(~out), np.flatnonzero(out), ~fitted.at_bound
-    normal = normal_equations(fitted.linear.of(rest), fitted.u, fitted.own[rest], fitted.misfit)
+    normal = normal_equations(fitted.linear.of(rest), fitted.u, fitted.nuisance[rest], fitted.misfit)
     step = np.zeros_like(fitted.u)
     step[free] = -np.linalg.solve(normal.hessian[np.ix_(free, free)], normal.gradient[free])
-    linear, own, none = fitted.linear.of(left), fitted.own[left], np.zeros_like(step)
+    linear, nuisance, none = fitted.linear.of(left), fitted.nuisance[left], np.zeros_like(step)
     there = replace(linear, residual=linear.residual - np.einsum("p,ipn->in", step, linear.by_parameter))
-    return 2 * half_chi_square(there, none, own) - normal_equations(there, none, own).gain_of_own
+    return 2 * half_chi_square(there, none, nuisance) - normal_equations(there, none, nuisance).nuisance_gain

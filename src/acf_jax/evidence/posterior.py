@@ -18,7 +18,7 @@ HIGHEST = 0.995  # no probability is stated higher: a world outside these models
 
 @dataclass(frozen=True)
 class Scored:
-    """An explanation with its probability; an unknown cause carries the port of each of its fits."""
+    """An explanation with its probability; an unknown cause carries the component of each of its fits."""
 
     explanation: Explanation
     probability: float
@@ -27,26 +27,26 @@ class Scored:
 def probabilities(
     evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS, noise_doubt: float = 0.0
 ) -> np.ndarray:
-    """Probability of each explanation, shape (n,), none above `HIGHEST`; a nameless cause counts with the ports."""
+    """Probability of each explanation, (n,), none above `HIGHEST`; a nameless cause counts with the free curves."""
     score = log_scores(evidence, samples, weights, noise_doubt)
     p = np.exp(score - score.max())
     p /= p.sum()
     named = p[:-1]
-    at_ports = np.array([is_free_curve(e.explanation) for e in evidence])
-    if at_ports.any():
-        share = _port_shares(
+    is_curve = np.array([is_free_curve(e.explanation) for e in evidence])
+    if is_curve.any():
+        share = _curve_shares(
             [e for e in evidence if is_free_curve(e.explanation)], evidence[0].chi_square, samples, weights
         )
-        named[at_ports] = (named[at_ports].sum() + p[-1]) * share
+        named[is_curve] = (named[is_curve].sum() + p[-1]) * share
     return capped(named / named.sum())
 
 
-def _port_shares(fits: Sequence[Evidence], whole: float, samples: int, weights: Weights) -> np.ndarray:
-    """Where an unknown cause acts: the probability of each of these ports, `whole` the chi-square of no explanation.
+def _curve_shares(fits: Sequence[Evidence], whole: float, samples: int, weights: Weights) -> np.ndarray:
+    """Where an unknown cause acts: the probability of each free curve, `whole` the chi-square of no explanation.
 
-    It is told by how well each port fits, and by what its rig had to do for that. Robot and sensor stand in series with
-    everything, so their curves can imitate most of what happens elsewhere. Where even the best port leaves much, that
-    it is the best says little.
+    It is told by how well each curve fits, and by what its rig had to do for that. Robot and sensor stand in series
+    with everything, so their curves can imitate most of what happens elsewhere. Where even the best one leaves much,
+    that it is the best says little.
     """
     left = np.array([e.chi_square for e in fits])
     wrong = weights.rho_squared * max(whole - left.min(), 0.0) + max(left.min() - samples, 0.0)
@@ -61,7 +61,7 @@ def _port_shares(fits: Sequence[Evidence], whole: float, samples: int, weights: 
 
 
 def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:
-    """The explanations, most probable first, the four ports together as `unknown`."""
+    """The explanations, most probable first, the four free curves together as `unknown`."""
     total: dict[Explanation, float] = {}
     for fitted, p in zip(fits, probability, strict=True):
         name = UNKNOWN if is_free_curve(fitted.explanation) else fitted.explanation
@@ -111,10 +111,10 @@ def doubt(scored: Sequence[Scored], shrinkage: float) -> list[Scored]:
 
 
 def of_each_fit(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[Scored]) -> np.ndarray:
-    """Probability (n,) of each fit as its explanation's is stated; the ports share theirs as they did before."""
+    """Probability (n,) of each fit as its explanation's is stated; the free curves share theirs as they did before."""
     stated = {s.explanation: s.probability for s in scored}
-    at_ports = np.array([is_free_curve(f.explanation) for f in fits])
-    share = np.where(at_ports, np.maximum(probability, 1e-300), 0.0)
+    is_curve = np.array([is_free_curve(f.explanation) for f in fits])
+    share = np.where(is_curve, np.maximum(probability, 1e-300), 0.0)
     share /= max(share.sum(), 1e-300)
     return np.array(
         [
@@ -125,7 +125,7 @@ def of_each_fit(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[S
 
 
 def components(fits: Sequence[Fit | Evidence], probability: np.ndarray) -> dict[str, float]:
-    """Probability that a cause acts at each component; a pair counts at both, an unknown cause where its ports say."""
+    """Probability that a cause acts at each component; a pair counts at both, an unknown cause as its curves say."""
     total = dict.fromkeys(("actuator", "contact", "robot", "sensor"), 0.0)
     for fitted, p in zip(fits, probability, strict=True):
         for component in {component_of(name) for name in fitted.explanation}:

@@ -37,11 +37,11 @@ class Weights:
     rare: float = 1.85  # the same, where it is known how free it was to explain what it does
     second: float = 5.0  # cost of each further one
     noise: float = 1.1  # further cost of one that finds something of its kind in any noise
-    port: float = 13.5  # cost of the free discrepancy at a port
-    small: float = 2.3  # further cost of a port, and of each further effect, to explain a small gap
-    nameless: float = 28.0  # cost of a cause that neither the library nor the ports can imitate
+    free_curve: float = 13.5  # cost of a free curve
+    small: float = 2.3  # further cost of a free curve, and of each further effect, to explain a small gap
+    nameless: float = 28.0  # cost of a cause that neither the library nor the free curves can imitate
     in_series: float = (
-        1.8  # further cost of a port that all forces pass, in telling where an unknown cause acts
+        1.8  # further cost of a free curve that all forces pass, in telling where an unknown cause acts
     )
     strain_told: float = 0.5  # share of what a rig's strain costs that counts there
     freedom: float = 14.0  # degrees of freedom of the Student prior of the rig's parameters
@@ -60,7 +60,8 @@ def cost(
     """Log probability that an explanation has less than the paper's model before any data.
 
     Where it is known how free the effect was, `volume`, that takes the place of what its freedom costs on average.
-    Where the gap is small, `is_small`, that is known of single effects only; ports and further effects cost more there.
+    Where the gap is small, `is_small`, that is known of single effects only; free curves and further effects cost more
+    there.
     """
     if not explanation:
         return 0.0
@@ -68,7 +69,7 @@ def cost(
         return weights.rare + float(np.clip(-volume, LEAST_FREE, MOST_FREE))
     dearer = weights.small * is_small
     if is_free_curve(explanation):
-        return weights.port + dearer
+        return weights.free_curve + dearer
     known = [every_effect()[name] for name in explanation]
     fits_noise = sum(cls.fits_noise for cls in known)
     # of one that may act either way, half of what it can do lies on the other side of what it did

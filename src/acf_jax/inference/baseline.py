@@ -68,5 +68,5 @@ def _residual(
     theta = np.concatenate([fitted.theta[:4], start, fitted.common])
     space = coordinates(observations.prior, explanation)
     return linearise(
-        observations, explanation, space, space.coordinate(theta), fitted.own, fitted.grid
+        observations, explanation, space, space.coordinate(theta), fitted.nuisance, fitted.grid
     ).residual

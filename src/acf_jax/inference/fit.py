@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from acf_jax.inference.forward import SAMPLES, Grid, step_for
-from acf_jax.inference.linear import N_OWN, Linearisation, half_chi_square, linearise, normal_equations
+from acf_jax.inference.linear import N_NUISANCE, Linearisation, half_chi_square, linearise, normal_equations
 from acf_jax.inference.observations import COMMON_TRIGGER, Observations
 from acf_jax.inference.parameters import COMMON, Coordinates, Explanation, classes, coordinates, delays
 
@@ -34,7 +34,7 @@ class Fit:
     explanation: Explanation
     coordinates: Coordinates
     u: np.ndarray  # (p,) in prior standard deviations
-    own: np.ndarray  # (trials, 3) nuisances in prior standard deviations
+    nuisance: np.ndarray  # (trials, 3) nuisances in prior standard deviations
     objective: float  # half chi-square of data and priors
     chi2: np.ndarray  # (trials,) chi-square of each trial's samples and nuisances
     hessian: np.ndarray  # (p, p) of the objective in u, nuisances eliminated, prior included
@@ -104,8 +104,8 @@ def _stride(explanation: Explanation) -> float:
 
 def after_a_step(fitted: Fit, trials: np.ndarray) -> float:
     """Chi-square of some trials, given by index, and of the priors after one more step of a fit, to first order."""
-    linear, own = fitted.linear.of(trials), fitted.own[trials]
-    return 2 * half_chi_square(linear, fitted.u, own) - normal_equations(linear, fitted.u, own).gain
+    linear, nuisance = fitted.linear.of(trials), fitted.nuisance[trials]
+    return 2 * half_chi_square(linear, fitted.u, nuisance) - normal_equations(linear, fitted.u, nuisance).gain
 
 
 def _bounded_step(
@@ -142,14 +142,14 @@ def fit(
     observations: Observations,
     explanation: Explanation,
     start: np.ndarray,
-    own: np.ndarray | None = None,
+    nuisance: np.ndarray | None = None,
     warm: bool = False,
     iterations: int = ITERATIONS,
     tolerance: float = TOLERANCE,
 ) -> Fit:
     """The most probable parameters from one start.
 
-    **Arguments:** `start`: (p,) values in SI units, what all trials share last (`begin`). `own`: (trials, 3)
+    **Arguments:** `start`: (p,) values in SI units, what all trials share last (`begin`). `nuisance`: (trials, 3)
     first guess of the nuisances. `warm`: the start is near the optimum already.
 
     While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
@@ -161,30 +161,32 @@ def fit(
     common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval
     at = coordinates(observations.prior, explanation, common_std)
     u = np.clip(at.coordinate(start), at.low, at.high)
-    own = np.zeros((len(observations.names), N_OWN)) if own is None else own
+    nuisance = np.zeros((len(observations.names), N_NUISANCE)) if nuisance is None else nuisance
     grid = grid_for(observations, explanation)._replace(pull=0.0 if warm else 1.0)
-    linear = linearise(observations, explanation, at, u, own, grid)
+    linear = linearise(observations, explanation, at, u, nuisance, grid)
     inflation = 1.0 if warm else _inflation(linear, observations.n_used)
     damping, small = 1e-3, 0
-    if not np.isfinite(half_chi_square(linear, u, own)):
+    if not np.isfinite(half_chi_square(linear, u, nuisance)):
         iterations = 0  # the simulation breaks down at the start: another start has to do
     for _ in range(iterations):
-        value = half_chi_square(linear, u, own, inflation)
-        normal = normal_equations(linear, u, own, inflation)
+        value = half_chi_square(linear, u, nuisance, inflation)
+        normal = normal_equations(linear, u, nuisance, inflation)
         while damping < STIFFEST:
             step = _bounded_step(normal.hessian, normal.gradient, u, at, damping)
-            own_gradient = normal.own_gradient + np.einsum("p,ipa->ia", step, normal.cross)
-            own_new = np.clip(
-                own - np.einsum("iab,ib->ia", normal.own_inverse, own_gradient), -FARTHEST, FARTHEST
+            nuisance_gradient = normal.nuisance_gradient + np.einsum("p,ipa->ia", step, normal.cross)
+            nuisance_new = np.clip(
+                nuisance - np.einsum("iab,ib->ia", normal.nuisance_inverse, nuisance_gradient),
+                -FARTHEST,
+                FARTHEST,
             )
-            linear_new = linearise(observations, explanation, at, u + step, own_new, grid)
-            gain = value - half_chi_square(linear_new, u + step, own_new, inflation)
+            linear_new = linearise(observations, explanation, at, u + step, nuisance_new, grid)
+            gain = value - half_chi_square(linear_new, u + step, nuisance_new, inflation)
             if gain > -1e-9:
                 break
             damping *= 8
         else:
             break
-        u, own, linear, damping = u + step, own_new, linear_new, max(damping / 5, 1e-8)
+        u, nuisance, linear, damping = u + step, nuisance_new, linear_new, max(damping / 5, 1e-8)
         calmer = min(inflation, _inflation(linear, observations.n_used))
         coarse = min(COARSEST, max(1.0, 2 * value * inflation / observations.n_used) ** 2)
         small = small + 1 if gain < tolerance * coarse * max(1.0, value) else 0
@@ -193,17 +195,17 @@ def fit(
                 break
             # what is left is not noise: end with the data at full weight and a contact that lets go
             calmer, small, grid = 1.0, 0, grid._replace(pull=0.0)
-            linear = linearise(observations, explanation, at, u, own, grid)
+            linear = linearise(observations, explanation, at, u, nuisance, grid)
         inflation = calmer
     if grid.pull:
         grid = grid._replace(pull=0.0)
-        linear = linearise(observations, explanation, at, u, own, grid)
-    objective = half_chi_square(linear, u, own)
-    hessian = normal_equations(linear, u, own, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
+        linear = linearise(observations, explanation, at, u, nuisance, grid)
+    objective = half_chi_square(linear, u, nuisance)
+    hessian = normal_equations(linear, u, nuisance, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
     with np.errstate(over="ignore"):  # of an unstable integration
-        chi2 = (linear.residual**2).sum(1) + (own**2).sum(1)
+        chi2 = (linear.residual**2).sum(1) + (nuisance**2).sum(1)
     residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
-    return Fit(explanation, at, u, own, objective, chi2, hessian, residual, linear, grid)
+    return Fit(explanation, at, u, nuisance, objective, chi2, hessian, residual, linear, grid)
 
 
 def _inflation(linear: Linearisation, samples: int) -> float:

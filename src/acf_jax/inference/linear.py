@@ -1,6 +1,6 @@
 """The model about one point: whitened residuals and their derivatives, normal equations, and half the chi-square.
 
-Each trial has three nuisances of its own with normal priors: the true contact velocity and pretension about the
+Each trial has three nuisances with normal priors: the true contact velocity and pretension about the
 commanded ones, and the trigger time. They are eliminated by their Schur complement, so the cost is linear in trials.
 """
 
@@ -13,7 +13,7 @@ from acf_jax.inference.interpolation import combine, peak_of, taps
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import COMMON, Coordinates, Explanation
 
-N_OWN = 3  # nuisances of a trial: velocity, pretension, trigger time
+N_NUISANCE = 3  # nuisances of a trial: velocity, pretension, trigger time
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 
 
@@ -28,14 +28,14 @@ class Linearisation:
 
     residual: np.ndarray  # (trials, n) whitened measured minus predicted
     by_parameter: np.ndarray  # (trials, p, n) whitened derivative of the prediction in u
-    by_own: np.ndarray  # (trials, 3, n) in the trial's nuisances
+    by_nuisance: np.ndarray  # (trials, 3, n) in the trial's nuisances
     predicted: np.ndarray  # (trials, n) N
     spread: np.ndarray  # (trials, 3, n) N, change of the force by one standard deviation of each nuisance
 
     @property
     def is_sound(self) -> bool:
         """Whether the integration was stable."""
-        return all(map(is_bounded, (self.residual, self.by_parameter, self.by_own)))
+        return all(map(is_bounded, (self.residual, self.by_parameter, self.by_nuisance)))
 
     def of(self, trials: np.ndarray) -> "Linearisation":
         """That of some trials, given by index."""
@@ -47,14 +47,14 @@ def linearise(
     explanation: Explanation,
     at: Coordinates,
     u: np.ndarray,
-    own: np.ndarray,
+    nuisance: np.ndarray,
     grid: Grid,
     reach: float = np.inf,
 ) -> Linearisation:
     """Run the simulator and compare it with the measured samples; `reach` is that of `forward`."""
     o = observations
     spread = o.nuisance_std
-    shift = own * spread
+    shift = nuisance * spread
     theta = at.value(u)
     physical, common = theta[:-COMMON], theta[-COMMON:]
     forces = forward(explanation, physical, o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
@@ -82,18 +82,18 @@ def compare(
     predicted, tangents = at[:, 0] + zero * ~o.peak_only[:, None], at[:, 1:]
     timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
 
-    own = 1 + p + COMMON  # the first row of a nuisance
-    rows = np.empty((len(o.names), own + N_OWN, o.force.shape[1]))
+    first = 1 + p + COMMON  # row of a nuisance
+    rows = np.empty((len(o.names), first + N_NUISANCE, o.force.shape[1]))
     rows[:, 0] = o.force - predicted
     rows[:, 1 : p + 1] = tangents[:, :p] * slope[:p, None]
     rows[:, p + 1] = slope[p] * ~o.peak_only[:, None]
     rows[:, p + 2] = timing * slope[p + 1]
-    rows[:, own : own + 2] = tangents[:, p:] * spread[:, :2, None]
-    rows[:, own + 2] = timing * spread[:, 2:]
+    rows[:, first : first + 2] = tangents[:, p:] * spread[:, :2, None]
+    rows[:, first + 2] = timing * spread[:, 2:]
     rows *= o.used[:, None]
-    scatter = rows[:, own:].copy()
+    scatter = rows[:, first:].copy()
     rows = o.whiten(rows)
-    return Linearisation(rows[:, 0], rows[:, 1:own], rows[:, own:], predicted * o.used, scatter)
+    return Linearisation(rows[:, 0], rows[:, 1:first], rows[:, first:], predicted * o.used, scatter)
 
 
 @dataclass(frozen=True)
@@ -102,39 +102,45 @@ class Normal:
 
     hessian: np.ndarray
     gradient: np.ndarray
-    own_inverse: np.ndarray
-    own_gradient: np.ndarray
+    nuisance_inverse: np.ndarray
+    nuisance_gradient: np.ndarray
     cross: np.ndarray
 
     @property
-    def gain_of_own(self) -> float:
-        """Chi-square that one step of the trials' own nuisances takes, to first order."""
-        return float(np.einsum("ia,iab,ib->", self.own_gradient, self.own_inverse, self.own_gradient))
+    def nuisance_gain(self) -> float:
+        """Chi-square that one step of the nuisances takes, to first order."""
+        return float(
+            np.einsum("ia,iab,ib->", self.nuisance_gradient, self.nuisance_inverse, self.nuisance_gradient)
+        )
 
     @property
     def gain(self) -> float:
         """Chi-square that one step of everything takes, to first order."""
-        return self.gain_of_own + float(self.gradient @ np.linalg.solve(self.hessian, self.gradient))
+        return self.nuisance_gain + float(self.gradient @ np.linalg.solve(self.hessian, self.gradient))
 
 
-def normal_equations(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> Normal:
+def normal_equations(
+    linear: Linearisation, u: np.ndarray, nuisance: np.ndarray, inflation: float = 1.0
+) -> Normal:
     """With the noise variance multiplied by `inflation`."""
-    r, j, k = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_own))
-    own_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(N_OWN))
-    own_gradient = own - np.einsum("ian,in->ia", k, r)
+    r, j, k = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_nuisance))
+    nuisance_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(N_NUISANCE))
+    nuisance_gradient = nuisance - np.einsum("ian,in->ia", k, r)
     cross = np.einsum("ipn,ian->ipa", j, k)
-    reduced = np.einsum("ipa,iab->ipb", cross, own_inverse)
+    reduced = np.einsum("ipa,iab->ipb", cross, nuisance_inverse)
     hessian = (
         np.einsum("ipn,iqn->pq", j, j, optimize=True)
         - np.einsum("ipb,iqb->pq", reduced, cross)
         + np.eye(len(u))
     )
-    gradient = u - np.einsum("ipn,in->p", j, r) - np.einsum("ipb,ib->p", reduced, own_gradient)
-    return Normal(hessian, gradient, own_inverse, own_gradient, cross)
+    gradient = u - np.einsum("ipn,in->p", j, r) - np.einsum("ipb,ib->p", reduced, nuisance_gradient)
+    return Normal(hessian, gradient, nuisance_inverse, nuisance_gradient, cross)
 
 
-def half_chi_square(linear: Linearisation, u: np.ndarray, own: np.ndarray, inflation: float = 1.0) -> float:
+def half_chi_square(
+    linear: Linearisation, u: np.ndarray, nuisance: np.ndarray, inflation: float = 1.0
+) -> float:
     """Half chi-square of data, nuisances and priors; infinite where the simulation has broken down."""
     if not linear.is_sound:
         return np.inf
-    return 0.5 * float((linear.residual**2).sum() / inflation + (own**2).sum() + (u**2).sum())
+    return 0.5 * float((linear.residual**2).sum() / inflation + (nuisance**2).sum() + (u**2).sum())

@@ -34,7 +34,7 @@ def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -
     known = observations.noise
     raw = replace(observations, noise=Noise(1.0))
     bare = replace(
-        best, linear=linearise(raw, best.explanation, best.coordinates, best.u, best.own, best.grid)
+        best, linear=linearise(raw, best.explanation, best.coordinates, best.u, best.nuisance, best.grid)
     )
     before = _Approach(approaches, known.offset)
     step = float(np.median(observations.intervals))
@@ -83,10 +83,10 @@ def _log_likelihood(observations: Observations, bare: Fit, noise: Noise) -> floa
     """Of the compared samples, parameters and nuisances integrated out; `bare`: a fit whose linearisation is in N."""
     whiten = Whitener(observations.time, observations.used, noise)
     linear = bare.linear
-    rows = whiten(np.concatenate([linear.residual[:, None], linear.by_parameter, linear.by_own], axis=1))
-    own = 1 + len(bare.u)  # the first row of a nuisance
-    white = replace(linear, residual=rows[:, 0], by_parameter=rows[:, 1:own], by_own=rows[:, own:])
-    normal = normal_equations(white, bare.u, bare.own)
-    volume = np.linalg.slogdet(normal.own_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
-    left = half_chi_square(white, bare.u, bare.own) - 0.5 * normal.gain
+    rows = whiten(np.concatenate([linear.residual[:, None], linear.by_parameter, linear.by_nuisance], axis=1))
+    first = 1 + len(bare.u)  # row of a nuisance
+    white = replace(linear, residual=rows[:, 0], by_parameter=rows[:, 1:first], by_nuisance=rows[:, first:])
+    normal = normal_equations(white, bare.u, bare.nuisance)
+    volume = np.linalg.slogdet(normal.nuisance_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
+    left = half_chi_square(white, bare.u, bare.nuisance) - 0.5 * normal.gain
     return float(0.5 * volume - left - whiten.log_volume)

@@ -31,12 +31,14 @@ COMMON = (
 )
 PRIOR_WIDTH = 3.0  # width of the prior of a strength, in its typical values
 
-Explanation = tuple[str, ...]  # ids of effects in alphabetical order, or of one port; () is the paper's model
+Explanation = tuple[
+    str, ...
+]  # ids of effects in alphabetical order, or of one free curve; () is the paper's model
 
 
 @functools.cache
 def every_effect() -> dict[str, type[AbstractEffect]]:
-    """The library and the four ports by id."""
+    """The library and the four free curves by id."""
     return {**library(), **free_curves()}
 
 
@@ -52,8 +54,8 @@ def classes(explanation: Explanation) -> list[type[AbstractEffect]]:
 
 def parameters(explanation: Explanation) -> list[tuple[str, Parameter]]:
     """Every physical parameter with its full name, `effect.parameter` behind the rig's."""
-    own = [(f"{name}.{p.name}", p) for name in explanation for p in every_effect()[name].parameters()]
-    return [(p.name, p) for p in RIG] + own
+    of_effects = [(f"{name}.{p.name}", p) for name in explanation for p in every_effect()[name].parameters()]
+    return [(p.name, p) for p in RIG] + of_effects
 
 
 class Coordinates(NamedTuple):
@@ -113,9 +115,9 @@ def coordinates(
     return Coordinates(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def begin(rig: np.ndarray, *own: Sequence[float] | np.ndarray) -> np.ndarray:
+def begin(rig: np.ndarray, *of_effects: Sequence[float] | np.ndarray) -> np.ndarray:
     """Parameters to begin a fit with: the rig's, those of effects, and nothing that all trials share."""
-    return np.concatenate([rig, *own, np.zeros(COMMON)])
+    return np.concatenate([rig, *of_effects, np.zeros(COMMON)])
 
 
 class Measures(NamedTuple):
@@ -132,29 +134,29 @@ TYPICAL = Measures()
 
 def starts(name: str, measures: Measures = TYPICAL) -> list[list[float]]:
     """Values of an effect's parameters from which fits begin: weak and strong, each shape at its own starts."""
-    own = every_effect()[name].parameters()
-    n = max(len(p.starts) for p in own)
+    known = every_effect()[name].parameters()
+    n = max(len(p.starts) for p in known)
 
     def start(p: Parameter, k: int) -> float:
         value = p.starts[min(k * len(p.starts) // n, len(p.starts) - 1)]
         return min(max(value * getattr(measures, p.of), p.low), p.high) if p.of else value
 
-    return [[start(p, k) for p in own] for k in range(n)]
+    return [[start(p, k) for p in known] for k in range(n)]
 
 
 def looks(name: str, measures: Measures = TYPICAL) -> list[list[float]]:
     """The first start of an effect with such a shape, as a frequency, at values over all of its range."""
-    own, first = every_effect()[name].parameters(), starts(name, measures)[0]
+    known, first = every_effect()[name].parameters(), starts(name, measures)[0]
     return [
         [*first[:k], float(value), *first[k + 1 :]]
-        for k, p in enumerate(own)
+        for k, p in enumerate(known)
         if p.looks
         for value in np.geomspace(p.low, p.high, p.looks)
     ]
 
 
 def component_of(name: str) -> str:
-    """The component at which an effect or port acts."""
+    """The component at which an effect or free curve acts."""
     return every_effect()[name].component
 
 

@@ -14,7 +14,7 @@ NEAR = 6.0  # prior standard deviations from a bound, within which it may be in 
 
 
 class Reduced(NamedTuple):
-    """Signals (k, trials, n) with the trials' own nuisances eliminated."""
+    """Signals (k, trials, n) with the nuisances eliminated."""
 
     plain: np.ndarray  # (k, k) inner products
     on_residual: np.ndarray  # (k,) with the residual
@@ -46,7 +46,7 @@ class Projector:
         """The projector at a fit."""
         return cls(
             fitted.linear,
-            normal_equations(fitted.linear, fitted.u, fitted.own),
+            normal_equations(fitted.linear, fitted.u, fitted.nuisance),
             fitted.coordinates.low - fitted.u,
             fitted.coordinates.high - fitted.u,
         )
@@ -54,14 +54,14 @@ class Projector:
     def reduce(self, signals: np.ndarray) -> Reduced:
         """The inner products of signals (k, trials, n) that everything else follows from."""
         linear, normal = self.linear, self.normal
-        on_own = np.einsum("ian,kin->kia", linear.by_own, signals, optimize=True)
-        answered = np.einsum("iab,kib->kia", normal.own_inverse, on_own)
+        on_nuisance = np.einsum("ian,kin->kia", linear.by_nuisance, signals, optimize=True)
+        answered = np.einsum("iab,kib->kia", normal.nuisance_inverse, on_nuisance)
         plain = np.einsum("kin,lin->kl", signals, signals, optimize=True)
         direct = np.einsum("ipn,kin->kp", linear.by_parameter, signals, optimize=True)
         return Reduced(
-            plain - np.einsum("kia,lia->kl", on_own, answered),
+            plain - np.einsum("kia,lia->kl", on_nuisance, answered),
             np.einsum("in,kin->k", linear.residual, signals)
-            + np.einsum("ia,kia->k", normal.own_gradient, answered),
+            + np.einsum("ia,kia->k", normal.nuisance_gradient, answered),
             direct - np.einsum("ipa,kia->kp", normal.cross, answered, optimize=True),
         )
 
@@ -78,7 +78,7 @@ class Projector:
         return np.asarray(reduced.plain - reduced.on_parameters @ answer)
 
     def gram_of_nuisances(self, signals: np.ndarray) -> np.ndarray:
-        """The same with only the trials' own nuisances projected off."""
+        """The same with only the nuisances projected off."""
         return self.reduce(signals).plain
 
     def promise(self, signal: np.ndarray) -> tuple[float, float]:
@@ -103,7 +103,7 @@ class Projector:
         nuisances; of an amount of zero the gain is what that answer alone is worth.
         """
         alone = (
-            0.5 * self.normal.gain_of_own
+            0.5 * self.normal.nuisance_gain
             + amounts * reduced.on_residual[:, None]
             - 0.5 * amounts**2 * np.diag(reduced.plain)[:, None]
         )

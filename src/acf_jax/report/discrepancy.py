@@ -1,4 +1,4 @@
-"""What an unknown cause looks like: the free discrepancy of its port along the trials."""
+"""What an unknown cause looks like: its fitted free curve along the trials."""
 
 from typing import NamedTuple
 
@@ -58,10 +58,10 @@ MEASURES = {
 def unknown_cause(diagnosis: Diagnosis) -> Html | None:
     """The fitted discrepancy against what it may depend on; None where an unknown cause is not standing."""
     d = diagnosis
-    at_ports = [(f, p) for f, p in zip(d.fits, d.probability, strict=True) if is_free_curve(f.explanation)]
-    if not at_ports or (UNKNOWN not in d.credible and d.scored[0].explanation != UNKNOWN):
+    of_curves = [(f, p) for f, p in zip(d.fits, d.probability, strict=True) if is_free_curve(f.explanation)]
+    if not of_curves or (UNKNOWN not in d.credible and d.scored[0].explanation != UNKNOWN):
         return None
-    fitted, p = max(at_ports, key=lambda item: item[1])
+    fitted, p = max(of_curves, key=lambda item: item[1])
     component = component_of(fitted.explanation[0])
     o = d.observations
     first = [int(np.flatnonzero(o.condition == c)[0]) for c in np.unique(o.condition)]
@@ -94,7 +94,7 @@ def unknown_cause(diagnosis: Diagnosis) -> Html | None:
 
 
 def along(fitted: Fit, v_e: np.ndarray, f_p: np.ndarray, ends: np.ndarray) -> list[Course]:
-    """The discrepancy of a port's fit along impacts until contact is lost, at the latest until `ends` (s)."""
+    """The discrepancy of a free curve's fit along impacts until contact is lost, at the latest until `ends` (s)."""
     h, steps = fitted.grid.h, fitted.grid.steps
     rig, (effect,) = unpack(fitted.explanation, jnp.asarray(fitted.physical))
     component = component_of(fitted.explanation[0])
@@ -103,14 +103,14 @@ def along(fitted: Fit, v_e: np.ndarray, f_p: np.ndarray, ends: np.ndarray) -> li
         system = make_system(rig, Impact(v, f), (effect,), fitted.grid.pull)
 
         def added(motion: Motion, moving: Moving) -> Scalar:
-            own = jnp.array(moving.y.own[0], float)
+            state = jnp.array(moving.y.states[0], float)
             match component:
                 case "actuator":
-                    return effect.force_on_mass(motion, own)
+                    return effect.force_on_mass(motion, state)
                 case "contact":
-                    return effect.contact_force(motion, own)
+                    return effect.contact_force(motion, state)
                 case "robot":
-                    return 1e3 * effect.robot_displacement(rig, motion.impact, motion.t, own)[0]
+                    return 1e3 * effect.robot_displacement(rig, motion.impact, motion.t, state)[0]
             return moving.signals[-1] - moving.signals[0]
 
         def step(moving: Moving, k: Int[Array, ""]) -> tuple[Moving, tuple[Motion, Scalar]]:

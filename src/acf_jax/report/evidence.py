@@ -80,14 +80,14 @@ def tried(diagnosis: Diagnosis) -> Html:
 
 
 def _sizes(fitted: Fit) -> Html:
-    """The effect's own parameters with their bounds flagged."""
+    """The parameters of effects with their bounds flagged."""
     known = parameters(fitted.explanation)
-    own = [
+    lines = [
         f"{p.name} = {si(value, 3, p.unit)}{' (at bound)' if bound else ''}"
         for (name, p), value, bound in zip(known, fitted.theta, np.asarray(fitted.at_bound), strict=False)
         if "." in name
     ]
-    return join(element("div", formula(line)) for line in own)
+    return join(element("div", formula(line)) for line in lines)
 
 
 def _wrapped(name: str) -> str:

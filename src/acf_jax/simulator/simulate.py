@@ -23,13 +23,15 @@ class Response(NamedTuple):
 class State(NamedTuple):
     x: Scalar
     x_dot: Scalar
-    own: tuple[tuple[Scalar, ...], ...]  # of each effect; as vectors, XLA would compute every entry with each
+    states: tuple[
+        tuple[Scalar, ...], ...
+    ]  # of each effect; as vectors, XLA would compute every entry with each
 
 
 def at_rest(effects: tuple[AbstractEffect, ...]) -> State:
     """The state at first contact."""
     zero = jnp.zeros(())
-    return State(zero, zero, tuple((zero,) * e.n_own for e in effects))
+    return State(zero, zero, tuple((zero,) * e.n_state for e in effects))
 
 
 def _add(a: State, b: State, scale: Scalar | float) -> State:
@@ -44,33 +46,33 @@ class System(NamedTuple):
     effects: tuple[AbstractEffect, ...]
     pull: Scalar
 
-    def _with_own(self, y: State) -> list[tuple[AbstractEffect, Float[Array, " _"]]]:
-        """Each effect with the vector of its own state."""
-        return [(e, jnp.array(q, float)) for e, q in zip(self.effects, y.own, strict=True)]
+    def _with_states(self, y: State) -> list[tuple[AbstractEffect, Float[Array, " _"]]]:
+        """Each effect with the vector of its state."""
+        return [(e, jnp.array(q, float)) for e, q in zip(self.effects, y.states, strict=True)]
 
     @jax.jit  # traced once, not at each of the places that call it
     def motion(self, t: Scalar, y: State) -> Motion:
         """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
         rig, impact = self.rig, self.impact
-        own = self._with_own(y)
-        robot = [e.robot_displacement(rig, impact, t, q) for e, q in own]
-        pad = [e.pad_displacement(q) for e, q in own]
+        states = self._with_states(y)
+        robot = [e.robot_displacement(rig, impact, t, q) for e, q in states]
+        pad = [e.pad_displacement(q) for e, q in states]
         s = impact.v_e * t + sum(r[0] for r in robot) - y.x - sum(p[0] for p in pad)
         s_dot = impact.v_e + sum(r[1] for r in robot) - y.x_dot - sum(p[1] for p in pad)
         f_0 = impact.f_p - sum(e.initial_relief(impact) for e in self.effects)
         linear = rig.k_c * s + f_0
         motion = Motion(rig, impact, t, y.x, y.x_dot, s, s_dot, f_0, linear)
-        f_c = linear + sum(e.contact_force(motion, q) for e, q in own)
+        f_c = linear + sum(e.contact_force(motion, q) for e, q in states)
         return motion._replace(f_c=jnp.where(f_c > 0, f_c, self.pull * f_c))
 
     @jax.jit
     def rates(self, t: Scalar, y: State, free: Scalar) -> State:
         """Equation (1) with effects; `free` is the share of the step for which the flange is off its stop."""
         rig, motion = self.rig, self.motion(t, y)
-        own = self._with_own(y)
-        force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in own)
+        states = self._with_states(y)
+        force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in states)
         x_ddot = free * (force - rig.d * y.x_dot - rig.k_f * y.x) / rig.m
-        return State(free * y.x_dot, x_ddot, tuple(tuple(e.rates(motion, x_ddot, q)) for e, q in own))
+        return State(free * y.x_dot, x_ddot, tuple(tuple(e.rates(motion, x_ddot, q)) for e, q in states))
 
     def free_share(self, t: Scalar, h: Scalar, y: State) -> Scalar:
         """Share of the step after the contact force has passed the force that releases a held flange."""

@@ -50,7 +50,7 @@ class Plant:
         self.s_0 = self._compression_at(start)
         states = [cause.initial(rig, self.s_0, start) for cause in self.causes]
         ends = 2 + np.cumsum([0, *(len(state) for state in states)])
-        self.own = [slice(int(a), int(b)) for a, b in pairwise(ends)]
+        self.places = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         self.initial = np.array([0.0, 0.0, *(value for state in states for value in state)])
 
     def _compression_at(self, force: float) -> float:
@@ -84,13 +84,13 @@ class Plant:
 
     def contact_force(self, t: Value, y: Any) -> Value:
         """F_C at one instant (y of shape (k,)) or along a solution (y of shape (k, n)), N."""
-        states = [y[own] for own in self.own]
+        states = [y[place] for place in self.places]
         return self._law(states, *self.compression(t, y, states))
 
     def rates(self, t: float, vector: Array) -> list[float]:
         """Time derivative of the state vector."""
         rig, impact, y = self.rig, self.impact, vector.tolist()
-        states = [y[own] for own in self.own]
+        states = [y[place] for place in self.places]
         s, s_rate = self.compression(t, y, states)
         f_c = self._law(states, s, s_rate)
         now = Motion(t, y[0], y[1], s, s_rate, f_c)

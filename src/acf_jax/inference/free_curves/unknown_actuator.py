@@ -59,7 +59,7 @@ class UnknownActuator(AbstractEffect):
     def _stop(self) -> EndStop:
         return EndStop(self.held_share)
 
-    def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
         x, v = motion.x / X_0, motion.x_dot / V_0
         f_p = motion.impact.f_p
         of_stroke = (

@@ -34,7 +34,7 @@ class UnknownContact(AbstractEffect):
 
     component = "contact"
     title = "Unknown cause at the contact"
-    n_own = 5
+    n_state = 5
 
     square_n: Scalar = strength(
         "N", -5e3, 5e3, _from("square_n"), 10.0, "at 100 N, with the square of the force"
@@ -68,7 +68,7 @@ class UnknownContact(AbstractEffect):
 
     reach: Scalar = eqx.field(converter=jnp.asarray, default=jnp.inf)  # N, largest u that was tried
 
-    def contact_force(self, motion: Motion, own: Scalar) -> Scalar:
+    def contact_force(self, motion: Motion, state: Scalar) -> Scalar:
         v = motion.s_dot / V_0
         u_0 = motion.f_0
         linear = motion.rig.k_c * motion.s
@@ -76,22 +76,22 @@ class UnknownContact(AbstractEffect):
         size = jnp.maximum(linear + u_0, 0.0) / F_0
         viscous = self.rate_n * v + self.rate_2_n * v * jnp.abs(v) + self.product_n * v * size
         dry = self.dry_n * jnp.tanh(v / 0.05) * jnp.minimum(size, 1.0)
-        passed, passed_rate, *_, flown = own
+        passed, passed_rate, *_, flown = state
         past = self.passing * (passed - linear) + self.passing_rate_s * passed_rate - flown
         return elastic + viscous + dry + past
 
-    def pad_displacement(self, own: Scalar) -> tuple[Scalar, Scalar]:
-        return self._pad.pad_displacement(own[2:4])
+    def pad_displacement(self, state: Scalar) -> tuple[Scalar, Scalar]:
+        return self._pad.pad_displacement(state[2:4])
 
-    def force_on_mass(self, motion: Motion, own: Scalar) -> Scalar:
-        return self._pad.force_on_mass(motion, own[2:4])
+    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+        return self._pad.force_on_mass(motion, state[2:4])
 
-    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        linear, flown = motion.rig.k_c * motion.s, own[4]
-        passed = passing(linear, own[0], own[1], self.frequency_hz, self.damping_ratio)
+    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+        linear, flown = motion.rig.k_c * motion.s, state[4]
+        passed = passing(linear, state[0], state[1], self.frequency_hz, self.damping_ratio)
         flowing = linear + motion.f_0 - (1 + self.hardening) * flown - self.level_n
         flow = self.flow_per_s * jnp.maximum(flowing, 0.0)
-        return jnp.stack([*passed, *self._pad.rates(motion, x_ddot, own[2:4]), flow])
+        return jnp.stack([*passed, *self._pad.rates(motion, x_ddot, state[2:4]), flow])
 
     @property
     def _pad(self) -> PadMass:

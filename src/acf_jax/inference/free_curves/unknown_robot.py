@@ -33,7 +33,7 @@ class UnknownRobot(AbstractEffect):
 
     component = "robot"
     title = "Unknown cause at the robot"
-    n_own = 5
+    n_state = 5
 
     time_2_m: Scalar = strength(
         "m", -0.5, 0.5, _from("time_2_m"), 1e-4, "10 ms after t_0, with the square of time"
@@ -73,7 +73,7 @@ class UnknownRobot(AbstractEffect):
     level_n: Scalar = shape("N", 10.0, 2e3, (0.5,), "that level", of="force")
     delay_s: Scalar = shape("s", 1e-5, 0.03, (1e-4,), "t_0")
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, own: Scalar) -> tuple[Scalar, Scalar]:
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
         since = jnp.maximum(t - self.delay_s, 0.0)
         tau = since / T_0
         of_time = self.time_2_m * tau**2 + self.time_3_m * tau**3 + self.speed_2 * impact.v_e * since * tau
@@ -84,7 +84,7 @@ class UnknownRobot(AbstractEffect):
         sine, cosine = jnp.sin(w * t), jnp.cos(w * t)
         ripple = self.sine_m * sine + self.cosine_m * (cosine - 1)
         ripple_rate = w * (self.sine_m * cosine - self.cosine_m * sine)
-        seen, seen_rate, impulse, impulse_beyond, second = own
+        seen, seen_rate, impulse, impulse_beyond, second = state
         beyond = self._beyond(seen)
         of_force = (
             self.yield_m * seen
@@ -98,8 +98,8 @@ class UnknownRobot(AbstractEffect):
         ) / T_0
         return of_time + ripple - of_force, time_rate + ripple_rate - force_rate
 
-    def rates(self, motion: Motion, x_ddot: Scalar, own: Scalar) -> Scalar:
-        seen, seen_rate, impulse, *_ = own
+    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+        seen, seen_rate, impulse, *_ = state
         loose = jnp.clip(seen, 0.0, self.play_n / F_0)  # what the robot has moved of its play holds nothing
         rates = passing(motion.f_c / F_0 + loose, seen, seen_rate, self.frequency_hz, self.damping_ratio)
         return jnp.stack([*rates, seen / T_0, self._beyond(seen) / T_0, impulse / T_0])
