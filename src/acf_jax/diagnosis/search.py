@@ -21,9 +21,7 @@ from acf_jax.inference.trigger import with_scatter
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
 FAR = 1.5  # the same above which a fit leaves much
-LEFT_BEHIND = (
-    30.0  # chi-square that a free curve explains beyond every single effect where these leave something
-)
+LEFT_BEHIND = 30.0  # chi-square by which a free curve beats every single effect where these leave something
 STRAINED = 15.0  # squared prior std by which the rig of the best single effect hides something
 PAIRS, TRIPLES = 8, 2  # that are fitted
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained,

@@ -23,9 +23,8 @@ class Response(NamedTuple):
 class State(NamedTuple):
     x: Scalar
     x_dot: Scalar
-    states: tuple[
-        tuple[Scalar, ...], ...
-    ]  # of each effect; as vectors, XLA would compute every entry with each
+    # of each effect; as vectors, XLA would compute every entry with each
+    states: tuple[tuple[Scalar, ...], ...]
 
 
 def at_rest(effects: tuple[AbstractEffect, ...]) -> State:
