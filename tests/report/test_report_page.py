@@ -64,7 +64,17 @@ def read(diagnosis: Diagnosis, folder: Path) -> Page:
 
 def test_holds_what_an_engineer_asks_for(diagnosed: Diagnosis, tmp_path: Path) -> None:
     page = read(diagnosed, tmp_path)
-    titles = {"overlay", "map", "component", "evidence", "force-error", "peak-error", "peaks"}
+    titles = {
+        "made-of",
+        "spectrum",
+        "overlay",
+        "map",
+        "component",
+        "evidence",
+        "force-error",
+        "peak-error",
+        "peaks",
+    }
     assert {name.removesuffix("-data") for name in page.figures} == titles
     kept = len(diagnosed.observations.names)
     assert len(page.figures["overlay-data"]["variants"]) == kept + len(diagnosed.excluded)
@@ -159,7 +169,8 @@ def test_measured_peaks_are_compared_with_peaks_of_their_kind(
 ) -> None:
     """The largest of noisy samples with what one expects of it; a peak that was only told, with the peak."""
     o, look = diagnosed.observations, outlook(diagnosed)
-    expected = largest_reading(look.trials[o.names[0]].force, o.noise.std)
+    force = look.trials[o.names[0]].force
+    expected = largest_reading(force, o.noise.std, np.empty((0, len(force))))
     assert expected > look.trials[o.names[0]].peak_force + o.noise.std
     shown = by_condition(diagnosed, look)
     assert f">{expected:.1f} ± " in shown and "what noise adds to the largest sample" in shown

@@ -39,7 +39,7 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
     from acf_jax.diagnosis import diagnose
     from acf_jax.diagnosis.results import write_results
     from acf_jax.folders import whole_folder
-    from acf_jax.report import doubts, sentence, write_report
+    from acf_jax.report import doubts, made_of, sentence, write_report
 
     with stages() as progress:
         diagnosis = diagnose(data, seed, progress)
@@ -53,4 +53,6 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
         for line in doubts(diagnosis):
             click.echo(f"note: {line}")
         click.echo(sentence(diagnosis))
+        if parts := made_of(diagnosis):
+            click.echo(parts)
         click.echo(f"{out / 'report.html'}: open it in a browser")

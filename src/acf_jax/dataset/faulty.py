@@ -98,9 +98,9 @@ def _lossy(trial: Trial, lost: Sequence[Lost]) -> list[str]:
 
 def _repeats_show_it(i: int, dataset: GapDataset, trials: list[TrialQuality], noise_std: float) -> bool:
     """Whether most repeats of trial `i` have the same trace."""
-    own = trials[i].phase
+    own, numbers = trials[i].phase, dataset.condition_of
     repeats = [
-        j for j in dataset.conditions[dataset.trials[i].condition] if j != i and dataset.trials[j].trace
+        j for j, number in enumerate(numbers) if number == numbers[i] and j != i and dataset.trials[j].trace
     ]
     if own is None or not repeats:
         return False

@@ -89,12 +89,33 @@ class GapDataset:
     trials: tuple[Trial, ...]
 
     @property
+    def condition_of(self) -> tuple[int, ...]:
+        """The number of each trial's condition, in the order of their first appearance.
+
+        Trials are repeats where their velocities and pretensions differ by no more than the stated spread of either: a
+        robot that is told the same says 0.1007 m/s now and 0.1018 m/s then.
+        """
+        seen: list[tuple[float, float]] = []
+        numbers = []
+        for trial in self.trials:
+            same = (k for k, first in enumerate(seen) if self._are_repeats(first, trial.condition))
+            number = next(same, len(seen))
+            if number == len(seen):
+                seen.append(trial.condition)
+            numbers.append(number)
+        return tuple(numbers)
+
+    @property
     def conditions(self) -> dict[tuple[float, float], tuple[int, ...]]:
-        """The trials (by index) of each commanded condition, in the order of their first appearance."""
-        groups: dict[tuple[float, float], list[int]] = {}
-        for index, trial in enumerate(self.trials):
-            groups.setdefault(trial.condition, []).append(index)
-        return {condition: tuple(indices) for condition, indices in groups.items()}
+        """The trials (by index) of each condition, which is called by its first trial's."""
+        groups: dict[int, list[int]] = {}
+        for index, number in enumerate(self.condition_of):
+            groups.setdefault(number, []).append(index)
+        return {self.trials[group[0]].condition: tuple(group) for group in groups.values()}
+
+    def _are_repeats(self, a: tuple[float, float], b: tuple[float, float]) -> bool:
+        spreads = self.measurement.contact_velocity_rel_std, self.measurement.pretension_rel_std
+        return all(abs(x - y) <= s * x for x, y, s in zip(a, b, spreads, strict=True))
 
     @property
     def digest(self) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from acf_jax.dataset import GapDataset, Quality, assess_dataset
 from acf_jax.dataset.noise import approach_samples
 from acf_jax.diagnosis import claims, damage, identifiability
+from acf_jax.diagnosis.contributions import Contribution, contributions
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.heldout import (
     FORM_UNKNOWN,
@@ -42,7 +43,8 @@ from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations, observe
 from acf_jax.inference.parameters import Explanation, begin, is_free_curve, parameters
-from acf_jax.inference.trigger import with_scatter
+from acf_jax.inference.ring import Ring
+from acf_jax.inference.scatter import with_scatter
 
 ONE_CONDITION = (
     "all trials were made at one condition: how far the gap shrinks elsewhere cannot be told;"
@@ -71,6 +73,7 @@ class Diagnosis:
     gap: dict[str, GapFigures]
     noise_floor_rms_n: float | None
     comparison: claims.Comparison | None  # of corrected and recalibrated model; None where they are the same
+    contributions: tuple[Contribution, ...]  # of the recalibrated model's gap; none where it has none
     form_error: dict[str, float]  # relative, of peaks on unseen conditions, by model
     shrinkage_force: Shrinkage | None
     shrinkage_peak: Shrinkage | None
@@ -173,6 +176,7 @@ def diagnose(
         own = hold_out(observations, corrected, measured, validation.scattered, refit=False)
         comparison = claims.compare(gap["recalibrated"], gap["corrected"], figures(observations, own))
     is_stated = comparison is not None and comparison.is_better and verdict != "no_gap"
+    component = components(fits, probability)
     form = {name: form_error(held[name], observations.noise.std) for name in ("recalibrated", "corrected")}
     return Diagnosis(
         dataset=dataset,
@@ -181,7 +185,7 @@ def diagnose(
         verdict=verdict,
         scored=tuple(scored),
         credible=tuple(credible),
-        component=components(fits, probability),
+        component=component,
         indistinguishable=tuple(pairs),
         absorbed={d.effect: d.absorbed for d in detectability},
         detectability=detectability,
@@ -189,6 +193,9 @@ def diagnose(
         gap=gap,
         noise_floor_rms_n=floor,
         comparison=comparison,
+        contributions=contributions(
+            observations, [recalibrated, *fits], corrected, held, scored, component, seed
+        ),
         form_error=form,
         shrinkage_force=claims.agreeing(shrinkage, gap["recalibrated"], gap["corrected"], floor)
         if is_stated
@@ -208,6 +215,7 @@ def diagnose(
         warnings=(
             *quality.warnings,
             *damage.statements(quality, observations.names, highest),
+            *map(_of_ring, observations.rings),
             *_of_model(comparison, form["corrected"]),
             *_of_bounds(corrected),
             *([] if validation.is_possible else [ONE_CONDITION]),
@@ -275,6 +283,13 @@ def _peak_shrinkage(
     both = held["recalibrated"], held["corrected"]
     found = peak_shrinkage(both, observations.condition, form, seed)
     return found if found and found.value > 0 else None
+
+
+def _of_ring(ring: Ring) -> str:
+    return (
+        f"each trial rings at {ring.frequency:.3g} Hz with a size, about {ring.size:.2g} N, and a phase of its own:"
+        " no model predicts it, it counts as noise"
+    )
 
 
 def _of_model(comparison: claims.Comparison | None, form: float) -> list[str]:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from acf_jax.diagnosis.contributions import Contribution
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.shrinkage import Shrinkage
 from acf_jax.evidence.posterior import UNKNOWN, capped
@@ -34,8 +35,11 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
                     "pretension_n": c.f_p,
                     "excess_rms_n": _round(c.excess_rms_n),
                     "share": _round(c.share),
+                    "contributions_rms_n": {
+                        part.name: _round(part.of_condition[k]) for part in d.contributions
+                    },
                 }
-                for c in d.gap_map.conditions
+                for k, c in enumerate(d.gap_map.conditions)
             ],
         },
         "gap": {
@@ -51,6 +55,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "corrected_is_better": None if d.comparison is None else d.comparison.is_better,
         "shrinkage": {"force": _shrinkage(d.shrinkage_force), "peak": _shrinkage(d.shrinkage_peak)},
+        "contributions": [_contribution(c) for c in d.contributions] or None,
         "parameters": fitted_parameters(d.corrected),
         "absorbed": {name: _round(share) for name, share in d.absorbed.items()},
         "next_experiment": _experiment(d),
@@ -108,6 +113,16 @@ def _shrinkage(s: Shrinkage | None) -> dict[str, Any] | None:
     if s is None or not np.isfinite([s.value, *s.ci95]).all():
         return None
     return {"value": _round(s.value), "ci95": [_round(s.ci95[0]), _round(s.ci95[1])]}
+
+
+def _contribution(c: Contribution) -> dict[str, Any]:
+    return {
+        "effect": c.name,
+        **({} if c.component is None else {"component": {n: _round(p) for n, p in c.component.items()}}),
+        "force_share": {"value": _round(c.share), "ci95": [_round(c.ci95[0]), _round(c.ci95[1])]},
+        "force_rms_n": _round(c.force_rms_n),
+        "peak_n": _round(c.peak_n),
+    }
 
 
 def _experiment(d: Diagnosis) -> dict[str, Any] | None:

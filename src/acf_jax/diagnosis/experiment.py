@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import reach_of
-from acf_jax.inference.linear import N_NUISANCE, linearise
+from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation
 
@@ -75,7 +75,7 @@ def _distance(
     Noise and nuisances of the repeats are their own, the fits' parameters are as uncertain in all of them.
     """
     trial = replace(planned, v_e=np.array([v]), f_p=np.array([f]))
-    quiet = np.zeros((1, N_NUISANCE))
+    quiet = np.zeros((1, planned.n_nuisances))
     lines = [
         linearise(trial, x.explanation, x.coordinates, x.u, quiet, x.grid, reach)
         for x, reach in zip(fits, reaches, strict=True)

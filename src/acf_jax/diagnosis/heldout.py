@@ -10,7 +10,7 @@ from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.forward import forward, reach_of
 from acf_jax.inference.interpolation import peak_of
-from acf_jax.inference.linear import N_NUISANCE, linearise
+from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import COMMON, Explanation
 
@@ -77,7 +77,7 @@ def _predict_unseen(
     physical = theta[:-COMMON]
     reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)
-    nuisance = np.zeros((out.sum(), N_NUISANCE))
+    nuisance = np.zeros((out.sum(), o.n_nuisances))
     predict = partial(
         linearise, left, fitted.explanation, fitted.coordinates, u, grid=fitted.grid, reach=reach
     )
@@ -91,25 +91,31 @@ def _predict_unseen(
     nuisance[:, TIMING] = np.clip(shift, -LATEST, LATEST)
     linear = predict(nuisance)
     forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach)
-    scatter = np.einsum("ian,a->in", linear.spread[:, :TIMING] ** 2, spread_of(scattered)[:TIMING])
+    scatter = np.einsum(
+        "ian,a->in", np.delete(linear.spread, TIMING, 1) ** 2, np.delete(spread_of(scattered), TIMING)
+    )
     peak = [
         peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0]
         if left.peak_only[i]
-        else largest_reading(linear.predicted[i][left.used[i]], o.noise.std)
+        else largest_reading(linear.predicted[i][left.used[i]], o.noise.std, left.ringing[i][:, left.used[i]])
         for i in range(len(left.names))
     ]
     residual = np.where(left.used, left.force - linear.predicted, 0.0)
     return residual, np.where(left.used, o.noise.std**2 + scatter, 0.0), np.array(peak)
 
 
-def largest_reading(force: np.ndarray, noise_std: float) -> float:
-    """The largest of noisy samples as one expects it: above the largest force by one or two deviations."""
-    noise = noise_std * np.random.default_rng(0).standard_normal((DRAWS, len(force)))
-    return float((force + noise).max(1).mean())
+def largest_reading(force: np.ndarray, noise_std: float, ringing: np.ndarray) -> float:
+    """The largest of noisy samples as one expects it: above the largest force by one or two deviations.
+
+    **Arguments:** `force`: (n,) N. `ringing`: (k, n) N, one standard deviation of what each trial rings with.
+    """
+    random = np.random.default_rng(0)
+    noise = noise_std * random.standard_normal((DRAWS, len(force)))
+    return float((force + noise + random.standard_normal((DRAWS, len(ringing))) @ ringing).max(1).mean())
 
 
 def spread_of(fitted: Fit) -> np.ndarray:
-    """(3,) variance of the nuisances from trial to trial, in units of their priors and at most theirs."""
+    """(k,) variance of the nuisances from trial to trial, in units of their priors and at most theirs."""
     return np.minimum((fitted.nuisance**2).mean(0), 1.0)
 
 

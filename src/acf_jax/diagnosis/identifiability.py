@@ -11,7 +11,7 @@ from acf_jax.diagnosis.candidates import best, in_parallel
 from acf_jax.effects import library
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
-from acf_jax.inference.linear import N_NUISANCE, linearise
+from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import COMMON, RIG, Explanation, every_effect, is_free_curve, starts
 
@@ -42,7 +42,7 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
 
     Each other explanation is fitted to the noise-free predictions of `truth`; what it cannot imitate is the distance.
     """
-    quiet = np.zeros((len(observations.names), N_NUISANCE))
+    quiet = np.zeros((len(observations.names), observations.n_nuisances))
     linear = linearise(observations, truth.explanation, truth.coordinates, truth.u, quiet, truth.grid)
     ideal = replace(observations, force=np.where(observations.used, linear.predicted, 0.0))
     prior = float((truth.u[:4] ** 2).sum() + (truth.u[-COMMON:] ** 2).sum())

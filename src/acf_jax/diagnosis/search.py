@@ -16,7 +16,7 @@ from acf_jax.inference.fit import Fit
 from acf_jax.inference.noise_colour import colour
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, is_free_curve
-from acf_jax.inference.trigger import with_scatter
+from acf_jax.inference.scatter import with_scatter
 
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something

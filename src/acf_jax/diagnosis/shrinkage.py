@@ -143,7 +143,7 @@ def _lateness(observations: Observations, corrected: Fit) -> float:
     """The delay, s, common to all trials, where a sensor could have caused it: it may belong to the sensor's form."""
     if not any(component_of(name) == "sensor" for name in corrected.explanation):
         return 0.0
-    late = (corrected.nuisance * observations.nuisance_std)[:, TIMING].mean()
+    late = (corrected.nuisance[:, TIMING] * observations.nuisance_std[:, TIMING]).mean()
     return float(corrected.common[1] + late)
 
 

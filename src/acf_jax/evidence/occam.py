@@ -55,7 +55,7 @@ class _Near:
     def __init__(self, observations: Observations, recalibrated: Fit):
         self.observations, self.rig = observations, recalibrated.theta[: len(RIG)]
         self.projector = Projector.of(recalibrated)
-        shift = recalibrated.nuisance * observations.nuisance_std
+        shift = recalibrated.nuisance[:, :3] * observations.nuisance_std
         self.times = observations.time - (shift[:, 2] + recalibrated.common[1])[:, None]
         # repeats differ so little that one simulation does for all of them
         _, self.member = np.unique(observations.condition, return_inverse=True)

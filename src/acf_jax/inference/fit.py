@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from acf_jax.inference.forward import SAMPLES, Grid, step_for
-from acf_jax.inference.linear import N_NUISANCE, Linearisation, half_chi_square, linearise, normal_equations
+from acf_jax.inference.linear import Linearisation, half_chi_square, linearise, normal_equations
 from acf_jax.inference.observations import COMMON_TRIGGER, Observations
 from acf_jax.inference.parameters import COMMON, Coordinates, Explanation, classes, coordinates, delays
 
@@ -34,7 +34,7 @@ class Fit:
     explanation: Explanation
     coordinates: Coordinates
     u: np.ndarray  # (p,) in prior standard deviations
-    nuisance: np.ndarray  # (trials, 3) nuisances in prior standard deviations
+    nuisance: np.ndarray  # (trials, q) nuisances in prior standard deviations
     objective: float  # half chi-square of data and priors
     chi2: np.ndarray  # (trials,) chi-square of each trial's samples and nuisances
     hessian: np.ndarray  # (p, p) of the objective in u, nuisances eliminated, prior included
@@ -149,8 +149,8 @@ def fit(
 ) -> Fit:
     """The most probable parameters from one start.
 
-    **Arguments:** `start`: (p,) values in SI units, what all trials share last (`begin`). `nuisance`: (trials, 3)
-    first guess of the nuisances. `warm`: the start is near the optimum already.
+    **Arguments:** `start`: (p,) values in SI units, what all trials share last (`begin`). `nuisance`: (trials, q)
+    first guess of the nuisances; those of rings may be missing. `warm`: the start is near the optimum already.
 
     While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
     is known to be, and the effect has to explain the data rather than the rig.
@@ -161,7 +161,11 @@ def fit(
     common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval
     at = coordinates(observations.prior, explanation, common_std)
     u = np.clip(at.coordinate(start), at.low, at.high)
-    nuisance = np.zeros((len(observations.names), N_NUISANCE)) if nuisance is None else nuisance
+    guess = np.zeros((len(observations.names), observations.n_nuisances))
+    if nuisance is not None:
+        known = min(nuisance.shape[1], guess.shape[1])  # other rings may have been found meanwhile
+        guess[:, :known] = nuisance[:, :known]
+    nuisance = guess
     grid = grid_for(observations, explanation)._replace(pull=0.0 if warm else 1.0)
     linear = linearise(observations, explanation, at, u, nuisance, grid)
     inflation = 1.0 if warm else _inflation(linear, observations.n_used)

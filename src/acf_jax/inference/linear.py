@@ -1,7 +1,8 @@
 """The model about one point: whitened residuals and their derivatives, normal equations, and half the chi-square.
 
-Each trial has three nuisances with normal priors: the true contact velocity and pretension about the
-commanded ones, and the trigger time. They are eliminated by their Schur complement, so the cost is linear in trials.
+Each trial has nuisances with normal priors: the true contact velocity and pretension about the commanded ones, the
+trigger time, and two parts of each ring. They are eliminated by their Schur complement, so the cost is linear in
+trials.
 """
 
 from dataclasses import dataclass, fields
@@ -13,7 +14,6 @@ from acf_jax.inference.interpolation import combine, peak_of, taps
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import COMMON, Coordinates, Explanation
 
-N_NUISANCE = 3  # nuisances of a trial: velocity, pretension, trigger time
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 
 
@@ -28,9 +28,9 @@ class Linearisation:
 
     residual: np.ndarray  # (trials, n) whitened measured minus predicted
     by_parameter: np.ndarray  # (trials, p, n) whitened derivative of the prediction in u
-    by_nuisance: np.ndarray  # (trials, 3, n) in the trial's nuisances
+    by_nuisance: np.ndarray  # (trials, q, n) in the trial's nuisances
     predicted: np.ndarray  # (trials, n) N
-    spread: np.ndarray  # (trials, 3, n) N, change of the force by one standard deviation of each nuisance
+    spread: np.ndarray  # (trials, q, n) N, change of the force by one standard deviation of each nuisance
 
     @property
     def is_sound(self) -> bool:
@@ -54,12 +54,12 @@ def linearise(
     """Run the simulator and compare it with the measured samples; `reach` is that of `forward`."""
     o = observations
     spread = o.nuisance_std
-    shift = nuisance * spread
+    shift = nuisance[:, : spread.shape[1]] * spread
     theta = at.value(u)
     physical, common = theta[:-COMMON], theta[-COMMON:]
     forces = forward(explanation, physical, o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
     with np.errstate(over="ignore", invalid="ignore"):  # an unstable integration is told by its objective
-        return compare(o, forces, at.slope(u), common, shift[:, 2], spread, grid.h)
+        return compare(o, forces, at.slope(u), common, nuisance, grid.h)
 
 
 def compare(
@@ -67,29 +67,31 @@ def compare(
     forces: Forces,
     slope: np.ndarray,
     common: np.ndarray,
-    late: np.ndarray,
-    spread: np.ndarray,
+    nuisance: np.ndarray,
     h: float,
 ) -> Linearisation:
     """The simulated forces at the measured times, with derivatives, whitened."""
     p = len(slope) - COMMON
     zero, delay = common
-    times = o.time - (delay + late)[:, None]
+    spread, ringing = o.nuisance_std, o.ringing
+    times = o.time - (delay + nuisance[:, 2] * spread[:, 2])[:, None]
     for i in np.flatnonzero(o.peak_only):
         times[i, 0] = peak_of(forces.sensed[i], h, forces.contact[i])[1]
     near, weight, rate_weight = taps(times, h, forces.contact)
     at = combine(forces.rows, near, weight)
     predicted, tangents = at[:, 0] + zero * ~o.peak_only[:, None], at[:, 1:]
+    predicted += np.einsum("ir,irn->in", nuisance[:, 3:], ringing)
     timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
 
     first = 1 + p + COMMON  # row of a nuisance
-    rows = np.empty((len(o.names), first + N_NUISANCE, o.force.shape[1]))
+    rows = np.empty((len(o.names), first + o.n_nuisances, o.force.shape[1]))
     rows[:, 0] = o.force - predicted
     rows[:, 1 : p + 1] = tangents[:, :p] * slope[:p, None]
     rows[:, p + 1] = slope[p] * ~o.peak_only[:, None]
     rows[:, p + 2] = timing * slope[p + 1]
     rows[:, first : first + 2] = tangents[:, p:] * spread[:, :2, None]
     rows[:, first + 2] = timing * spread[:, 2:]
+    rows[:, first + 3 :] = ringing
     rows *= o.used[:, None]
     scatter = rows[:, first:].copy()
     rows = o.whiten(rows)
@@ -124,7 +126,7 @@ def normal_equations(
 ) -> Normal:
     """With the noise variance multiplied by `inflation`."""
     r, j, k = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_nuisance))
-    nuisance_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(N_NUISANCE))
+    nuisance_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(k.shape[1]))
     nuisance_gradient = nuisance - np.einsum("ian,in->ia", k, r)
     cross = np.einsum("ipn,ian->ipa", j, k)
     reduced = np.einsum("ipa,iab->ipb", cross, nuisance_inverse)

@@ -10,6 +10,7 @@ from acf_jax.dataset import GapDataset, Noise, Quality, RigPrior, Trial, TrialQu
 from acf_jax.errors import InputError, shown
 from acf_jax.inference.forward import SAMPLES, step_for
 from acf_jax.inference.parameters import Measures
+from acf_jax.inference.ring import Ring, ringing
 from acf_jax.inference.whitening import Whitener
 
 LEAST_TRIALS = 3
@@ -43,6 +44,7 @@ class Observations:
     noise: Noise
     prior: RigPrior
     trigger_std: float = TRIGGER  # of a trial's trigger about the common one, in sampling intervals
+    rings: tuple[Ring, ...] = ()  # what trials of one condition do not share
 
     @property
     def n_used(self) -> int:
@@ -62,6 +64,17 @@ class Observations:
         return np.column_stack(
             [self.rel_std[0] * self.v_e, self.rel_std[1] * self.f_p, self.trigger_std * self.interval]
         )
+
+    @property
+    def n_nuisances(self) -> int:
+        """Of a trial: velocity, pretension, trigger time, and two of each ring."""
+        return 3 + 2 * len(self.rings)
+
+    @cached_property
+    def ringing(self) -> np.ndarray:
+        """(trials, 2 rings, n) N, one standard deviation of each ring's two parts, zero where there is no trace."""
+        largest = np.where(self.used, self.force, 0.0).max(1)
+        return np.where(self.traced[:, None], ringing(self.rings, self.time, largest), 0.0)
 
     @property
     def traced(self) -> np.ndarray:
@@ -105,7 +118,7 @@ def observe(quality: Quality) -> Observations:
     **Raises:** `InputError` when fewer than three trials show an impact.
     """
     dataset = quality.dataset
-    numbers = {condition: k for k, condition in enumerate(dataset.conditions)}
+    numbers = {trial.name: k for trial, k in zip(dataset.trials, dataset.condition_of, strict=True)}
     longest = compared_time(dataset.rig)
     looks = [(dataset.trials[i], quality.trials[i]) for i in quality.used]
     compared = [(trial, _row(trial, look, quality.noise.offset, longest)) for trial, look in looks]
@@ -127,7 +140,7 @@ def observe(quality: Quality) -> Observations:
         names=tuple(t.name for t in trials),
         v_e=np.array([t.contact_velocity for t in trials]),
         f_p=np.array([t.pretension for t in trials]),
-        condition=np.array([numbers[t.condition] for t in trials]),
+        condition=np.array([numbers[t.name] for t in trials]),
         time=padded([row.time for row in rows]),
         force=padded([row.force for row in rows]),
         used=padded([np.ones(len(row.time), bool) for row in rows]),

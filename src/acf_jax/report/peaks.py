@@ -5,6 +5,8 @@ import numpy as np
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.heldout import largest_reading
 from acf_jax.gap_model import Which
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.ring import ringing
 from acf_jax.predict import Prediction
 from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.outlook import Curves, Outlook
@@ -35,8 +37,9 @@ def _variant(d: Diagnosis, curves: Curves, which: Which, relative: bool) -> Vari
     v = series(curves.v_e, 4)
     mode = "lines" if len(v) > 1 else "markers"
     told = curves.by_model[which]
-    noise_std = 0.0 if d.observations.peak_only.all() else d.observations.noise.std
-    sensed = {name: np.array([_reading(p, noise_std) for p in curves.by_model[name]]) for name in LINES}
+    o = d.observations
+    read = (lambda p: p.peak_force) if o.peak_only.all() else (lambda p: _reading(p, o))
+    sensed = {name: np.array([read(p) for p in curves.by_model[name]]) for name in LINES}
     noise_free = np.array([p.peak_force for p in curves.by_model["nominal"]])
 
     def shown(force: np.ndarray, nominal: np.ndarray, at: np.ndarray = curves.v_e) -> list[float | None]:
@@ -97,7 +100,7 @@ def by_condition(diagnosis: Diagnosis, look: Outlook) -> Html:
     for number in np.unique(o.condition):
         here = np.flatnonzero(o.condition == number)
         at = look.trials[o.names[here[0]]]
-        sensed = np.mean([_reading(at, 0.0 if o.peak_only[i] else o.noise.std) for i in here])
+        sensed = np.mean([at.peak_force if o.peak_only[i] else _reading(at, o) for i in here])
         rows.append(
             (
                 condition(o.v_e[here[0]], o.f_p[here[0]]),
@@ -122,9 +125,10 @@ def _mean(peaks: np.ndarray) -> str:
     return f"{known.mean():.1f} N" + (f" (mean of {known.size})" if known.size > 1 else "")
 
 
-def _reading(at: Prediction, noise_std: float) -> float:
+def _reading(at: Prediction, o: Observations) -> float:
     """The largest sample that a trace is expected to hold, as the held-out errors have it, N."""
-    return largest_reading(at.force, noise_std) if noise_std else at.peak_force
+    rings = ringing(o.rings, at.time[None], np.array([at.peak_force]))[0]
+    return largest_reading(at.force, o.noise.std, rings)
 
 
 def _reads(at: Prediction) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER, Contribution
 from acf_jax.diagnosis.damage import statements
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.evidence.posterior import UNKNOWN, Scored
@@ -156,6 +157,26 @@ def shrunk(diagnosis: Diagnosis) -> str:
                 f" fit did not see (95 % interval {low} to {high})."
             )
     return ""
+
+
+def part_of(contribution: Contribution) -> str:
+    """What of the gap a contribution is, in words."""
+    if contribution.name == SCATTER:
+        return "scatter between trials"
+    if contribution.name == BACKGROUND:
+        where = contribution.component or {}
+        place = max(where, key=lambda name: where[name]) if where else ""
+        return f"unexplained, at the {place}" if where and where[place] > LIKELY else "unexplained"
+    return name_of((contribution.name,))
+
+
+def made_of(diagnosis: Diagnosis) -> str:
+    """What the recalibrated model's gap is made of, in a sentence; empty where there is none."""
+    d = diagnosis
+    if not d.contributions or d.gap["recalibrated"].force_rms_n is None:
+        return ""
+    parts = [f"{part_of(c)} {percent(c.share)}" for c in d.contributions]
+    return f"Of the {d.gap['recalibrated'].force_rms_n:.3g} N RMS that refitting alone leaves: {', '.join(parts)}."
 
 
 def doubts(diagnosis: Diagnosis) -> list[str]:

@@ -7,6 +7,7 @@ from acf_jax import __version__
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.files import write_text
 from acf_jax.report import (
+    composition,
     design,
     discrepancy,
     evidence,
@@ -14,6 +15,7 @@ from acf_jax.report import (
     parameters,
     peaks,
     quality,
+    scatter,
     summary,
     traces,
     where,
@@ -32,6 +34,7 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> N
     look = outlook(d)
     beside = [p for p in (heldout.force_error(content), heldout.peak_errors(d)) if p is not None]
     parts = [
+        part("made-of", "Made of", "What the gap is made of", composition.bars(d), composition.figures(d)),
         part("before-after", "Before, after", "Before and after", traces.overlay(d, look)),
         part("where", "Where", "Where the gap lies", where.in_words(d), where.gap_map(d), where.components(d)),
         part(
@@ -40,7 +43,7 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> N
         ),
         part(
             "how-far", "How far it shrinks", "How far the gap shrinks", heldout.in_words(content),
-            element("div", *beside, class_="beside"),
+            element("div", *beside, class_="beside"), scatter.in_words(d), scatter.by_frequency(d),
         ),
         part(
             "peak", "Peak force", "Sensed and contact force", peaks.in_words(look), peaks.over_velocity(d, look),

@@ -1,0 +1,198 @@
+"""What the recalibrated model's gap is made of: cause by cause, what no law explains, and what differs between repeats.
+
+All of it is told on conditions that no fit saw. With T the mean square of what the recalibrated model misses there, L
+that of the corrected model and F that of what no model can predict, the effects explain T - L together, the background
+is L - F, the scatter F. Among several effects their part is shared out by Shapley: each one's share is what the
+prediction gains by adding it, averaged over every order of adding (Shapley, 'A value for n-person games', 1953).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+from math import factorial
+
+import numpy as np
+
+from acf_jax.diagnosis.candidates import best, in_parallel
+from acf_jax.diagnosis.heldout import TIMING, HeldOut
+from acf_jax.effects import library
+from acf_jax.evidence.posterior import Scored
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.linear import linearise
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import RIG, Explanation, every_effect, is_free_curve
+
+BACKGROUND, SCATTER = "background", "scatter"
+RESAMPLES = 1000
+ENDS = (0.025, 0.975)
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """One part of the gap."""
+
+    name: str  # of an effect, or BACKGROUND or SCATTER
+    share: float  # of the mean square force error; those of all parts add up to 1
+    ci95: tuple[float, float]
+    force_rms_n: float
+    peak_n: float  # RMS over conditions
+    of_condition: tuple[float, ...]  # N RMS, force, in the order of condition numbers
+    component: dict[str, float] | None = None  # where the background acts
+
+
+def contributions(
+    observations: Observations,
+    fits: Sequence[Fit],
+    corrected: Fit,
+    held: dict[str, HeldOut],
+    scored: Sequence[Scored],
+    component: dict[str, float],
+    seed: int,
+) -> tuple[Contribution, ...]:
+    """The effects of the corrected model, the background, the scatter.
+
+    **Arguments:** `fits`: the recalibrated model first. `held`: predictions of unseen conditions by `recalibrated` and
+    `corrected`. `scored`: an effect's interval begins at zero as far as explanations without it are probable.
+    `component`: where an unknown cause acts, told by the free curves.
+
+    **Returns:** nothing where there are no traces, or the recalibrated model misses nothing.
+    """
+    o = observations
+    used = o.traced
+    if not used.any():
+        return ()
+    effects = () if is_free_curve(corrected.explanation) else corrected.explanation
+    after = held["corrected"] if effects else held["recalibrated"]
+    groups = np.unique(o.condition)
+
+    def sums(values: np.ndarray) -> np.ndarray:
+        return np.array([values[used & (o.condition == g)[:, None]].sum() for g in groups])
+
+    before, left, floor = (
+        sums(v) for v in (held["recalibrated"].residual ** 2, after.residual**2, after.floor)
+    )
+    samples = sums(np.ones_like(o.force))
+    if before.sum() <= 0:
+        return ()
+    changes = _changes(o, fits, corrected) if effects else []
+    gap = held["recalibrated"].residual
+    by_effect = np.array([sums(change * gap) for change in changes]).reshape(len(effects), len(groups))
+    draws = np.random.default_rng(seed).integers(0, len(groups), (RESAMPLES, len(groups)))
+    drawn = np.concatenate([np.arange(len(groups))[None], draws])
+    shares = _shares(*(v[..., drawn].sum(-1) for v in (before, left, floor, by_effect)))
+    alone = _shares(before, left, floor, by_effect)
+    rms = np.sqrt(alone * before / np.maximum(samples, 1))
+    peaks = _peaks(o, held["recalibrated"], after, changes)
+    told = [sum(s.probability for s in scored if name in s.explanation) for name in effects]
+    result = []
+    for k, name in enumerate((*effects, BACKGROUND, SCATTER)):
+        low, high = _interval(shares[k, 1:], 1 - told[k] if k < len(effects) else 0.0)
+        value = float(shares[k, 0])
+        force = float(np.sqrt(value * before.sum() / samples.sum()))
+        where = _component(o, corrected, component) if name == BACKGROUND else None
+        result.append(
+            Contribution(
+                name,
+                value,
+                (min(low, value), max(high, value)),
+                force,
+                peaks[k],
+                tuple(map(float, rms[k])),
+                where,
+            )
+        )
+    return tuple(result)
+
+
+def _shares(before: np.ndarray, left: np.ndarray, floor: np.ndarray, by_effect: np.ndarray) -> np.ndarray:
+    """(effects + 2, n) of n sums of squares; an effect that makes the prediction worse takes no part."""
+    part = np.maximum(by_effect, 0.0)
+    total = part.sum(0)
+    part = np.where(total > 0, part / np.where(total > 0, total, 1.0), 1 / max(len(by_effect), 1))
+    left = np.minimum(left, before) if len(by_effect) else before
+    scatter = np.minimum(floor, left)
+    return np.asarray(
+        np.vstack([part * (before - left), left - scatter, scatter]) / np.maximum(before, 1e-300)
+    )
+
+
+def _interval(draws: np.ndarray, absent: float) -> tuple[float, float]:
+    """95 % interval of a share that is zero with the probability `absent`, and else one of the draws."""
+    there = max(1 - absent, 1e-9)
+    low = float(np.quantile(draws, (ENDS[0] - absent) / there)) if absent < ENDS[0] else 0.0
+    return low, float(np.quantile(draws, max((ENDS[1] - absent) / there, 0.0)))
+
+
+def _changes(o: Observations, fits: Sequence[Fit], corrected: Fit) -> list[np.ndarray]:
+    """(trials, n) N, of each effect by what it changes the prediction, averaged over the orders of adding."""
+    effects = corrected.explanation
+    known = {f.explanation: f for f in fits} | {effects: corrected}
+    subsets = [s for k in range(len(effects) + 1) for s in combinations(effects, k)]
+    missing = [s for s in subsets if s not in known]
+    found = in_parallel([partial(_without_others, o, corrected, s) for s in missing])
+    known |= dict(zip(missing, found, strict=True))
+    predicted = {s: _predicted(o, known[s]) for s in subsets}
+    n = len(effects)
+    return [
+        np.asarray(
+            sum(
+                factorial(len(s)) * factorial(n - len(s) - 1) / factorial(n)
+                * (predicted[tuple(sorted((*s, name)))] - predicted[s])
+                for s in subsets if name not in s
+            )
+        )
+        for name in effects
+    ]  # fmt: skip
+
+
+def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fit:
+    """A fit of some of a fit's effects, from its parameters and from its rig's prior."""
+    blocks, at = {}, len(RIG)
+    for name in corrected.explanation:
+        n = len(every_effect()[name].parameters())
+        blocks[name], at = corrected.theta[at : at + n], at + n
+    kept = [blocks[name] for name in effects]
+    rigs = corrected.theta[: len(RIG)], o.prior.values
+    return best(
+        fit(o, effects, np.concatenate([rig, *kept, corrected.common]), corrected.nuisance) for rig in rigs
+    )
+
+
+def _predicted(o: Observations, fitted: Fit) -> np.ndarray:
+    """(trials, n) N at the commanded conditions, each trial shifted to where it fits."""
+    nuisance = np.zeros_like(fitted.nuisance)
+    nuisance[:, TIMING] = fitted.nuisance[:, TIMING]
+    return linearise(o, fitted.explanation, fitted.coordinates, fitted.u, nuisance, fitted.grid).predicted
+
+
+def _peaks(
+    o: Observations, recalibrated: HeldOut, after: HeldOut, changes: Sequence[np.ndarray]
+) -> list[float]:
+    """N RMS over trials at the measured peak: by each effect, by the background, by scatter."""
+    traces = np.flatnonzero(o.traced.any(1))
+    top = np.where(o.traced, o.force, -np.inf)[traces].argmax(1)
+    at = (traces, top)
+    scatter = float(after.floor[at].mean())
+    left = max(float((after.residual[at] ** 2).mean()) - scatter, 0.0)
+    return [float(np.sqrt((c[at] ** 2).mean())) for c in changes] + [
+        float(np.sqrt(left)),
+        float(np.sqrt(scatter)),
+    ]
+
+
+def _component(o: Observations, corrected: Fit, unknown: dict[str, float]) -> dict[str, float]:
+    """Where the background acts: by what the effects of each component promise to explain of it at most."""
+    if is_free_curve(corrected.explanation):
+        total = sum(unknown.values())
+        return {name: p / total for name, p in unknown.items()} if total > 0 else dict(unknown)
+    ground = Ground.of(o, corrected)
+    others = [name for name in library() if name not in corrected.explanation]
+    promised = in_parallel([partial(ground.promise, name) for name in others])
+    gains = dict.fromkeys(unknown, 0.0)
+    for name, promise in zip(others, promised, strict=True):
+        where = library()[name].component
+        gains[where] = max(gains[where], promise.gain)
+    total = sum(gains.values())
+    return {name: gain / total if total > 0 else 1 / len(gains) for name, gain in gains.items()}

@@ -1,0 +1,87 @@
+"""Rings that trials do not share, found in repeats that are known to ring, and in none that are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.ring import Ring
+from acf_jax.inference.rings import find_rings
+from acf_jax.inference.scatter import with_scatter
+from acf_jax.inference.trigger import trigger_scatter
+from tests.repeated import INTERVAL, repeated
+
+TRUE = Ring(400.0, 3e-3, 8.0, 150.0, 1)
+
+
+def ringing(ring: Ring = TRUE, seed: int = 0, **design: int) -> Observations:
+    """Repeats that ring, each with a size and a phase of its own."""
+    o = repeated(0.0, **design)
+    parts = np.random.default_rng(seed).standard_normal((len(o.names), 2))
+    return replace(o, force=o.force + np.einsum("ik,ikn->in", parts, ring.columns(o.time, o.force.max(1))))
+
+
+def test_a_ring_is_found() -> None:
+    (found,) = find_rings(ringing())
+    assert found.frequency == pytest.approx(TRUE.frequency, rel=0.03)
+    assert found.decay == pytest.approx(TRUE.decay, rel=0.35)
+    assert found.size * (150.0 / found.typical) == pytest.approx(TRUE.size, rel=0.4)
+    assert found.power == 1
+
+
+def test_a_sway_is_a_slow_ring() -> None:
+    found = find_rings(ringing(Ring(20.0, 0.05, 8.0, 150.0, 0)))
+    assert found and all(ring.frequency < 1 / (39 * INTERVAL) for ring in found)
+
+
+def test_two_rings_are_told_apart() -> None:
+    other = Ring(1500.0, 4e-3, 6.0, 150.0, 1)
+    o = ringing()
+    parts = np.random.default_rng(1).standard_normal((len(o.names), 2))
+    both = replace(o, force=o.force + np.einsum("ik,ikn->in", parts, other.columns(o.time, o.force.max(1))))
+    found = sorted(ring.frequency for ring in find_rings(both))
+    assert found == pytest.approx([TRUE.frequency, other.frequency], rel=0.05)
+
+
+def test_noise_does_not_ring() -> None:
+    """Two in a hundred may: the odds are twenty to one, over all that is tried."""
+    random = np.random.default_rng(3)
+    quiet = repeated(0.1)
+    noise = quiet.noise.std * random.standard_normal((40, *quiet.force.shape))
+    assert sum(bool(find_rings(replace(quiet, force=quiet.force.round(-3) + one))) for one in noise) <= 2
+
+
+def test_what_all_trials_share_is_signal() -> None:
+    o = repeated(0.1)
+    shared = TRUE.columns(o.time, o.force.max(1)).sum(1)
+    assert find_rings(replace(o, force=o.force + shared)) == ()
+
+
+def test_one_faulty_trial_is_no_ring() -> None:
+    o = repeated(0.1)
+    force = o.force.copy()
+    force[4] *= 0.5
+    assert find_rings(replace(o, force=force)) == ()
+
+
+def test_without_repeats_nothing_is_known_of_rings() -> None:
+    assert find_rings(ringing(conditions=12, repeats=1)) == ()
+    assert find_rings(ringing(conditions=1, repeats=6)) == ()
+
+
+def test_triggers_are_told_beside_a_ring() -> None:
+    """A ring had hidden that triggers are exact: then their scatter counted as large as it can be."""
+    o = ringing()
+    assert trigger_scatter(o) > 0.3
+    assert with_scatter(o).trigger_std < 0.1
+
+
+def test_a_ring_is_a_nuisance_of_each_trace_and_of_no_peak() -> None:
+    o = with_scatter(ringing())
+    is_peak = np.arange(len(o.names)) == 0
+    o = replace(o, peak_only=is_peak)
+    assert o.n_nuisances == 5 and o.ringing.shape == (len(o.names), 2, o.force.shape[1])
+    assert not o.ringing[0].any() and o.ringing[1].any()
+    assert replace(o, rings=()).ringing.shape == (len(o.names), 0, o.force.shape[1])
+    assert o.subset(~is_peak).rings == o.rings
