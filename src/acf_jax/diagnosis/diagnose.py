@@ -7,7 +7,7 @@ import numpy as np
 
 from acf_jax.dataset import GapDataset, Quality, assess_dataset
 from acf_jax.dataset.noise import approach_samples
-from acf_jax.diagnosis import claims, damage, identifiability
+from acf_jax.diagnosis import claims, damage, identifiability, strain
 from acf_jax.diagnosis.contributions import Contribution, contributions
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.heldout import (
@@ -216,6 +216,7 @@ def diagnose(
             *quality.warnings,
             *damage.statements(quality, observations.names, highest),
             *map(_of_ring, observations.rings),
+            *filter(None, [strain.statement(strain.strains(recalibrated, observations.prior))]),
             *_of_model(comparison, form["corrected"]),
             *_of_bounds(corrected),
             *([] if validation.is_possible else [ONE_CONDITION]),

@@ -1,9 +1,15 @@
 """What the gap is made of: a bar a cause."""
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.report.markup import Html, details, table
+from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.plot import LEAST, Variant, axis, plot, series
-from acf_jax.report.words import condition, headed, part_of, percent, si
+from acf_jax.report.words import condition, headed, made_of, part_of, percent, si
+
+
+def in_words(diagnosis: Diagnosis) -> Html | None:
+    """What the bars say, and whether refitting hides something."""
+    said = made_of(diagnosis)
+    return element("p", said) if said else None
 
 
 def bars(diagnosis: Diagnosis) -> Html | None:

@@ -7,6 +7,7 @@ import numpy as np
 from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER, Contribution
 from acf_jax.diagnosis.damage import statements
 from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.strain import statement, strains
 from acf_jax.evidence.posterior import UNKNOWN, Scored
 from acf_jax.inference.parameters import Explanation, component_of, every_effect
 
@@ -175,8 +176,13 @@ def made_of(diagnosis: Diagnosis) -> str:
     d = diagnosis
     if not d.contributions or d.gap["recalibrated"].force_rms_n is None:
         return ""
-    parts = [f"{part_of(c)} {percent(c.share)}" for c in d.contributions]
-    return f"Of the {d.gap['recalibrated'].force_rms_n:.3g} N RMS that refitting alone leaves: {', '.join(parts)}."
+    parts = ", ".join(f"{part_of(c)} {percent(c.share)}" for c in d.contributions)
+    nominal, left = d.gap["nominal"].force_rms_n, d.gap["recalibrated"].force_rms_n
+    hidden = statement(strains(d.fits[0], d.observations.prior))
+    return (
+        f"The nominal model misses by {nominal:.3g} N RMS, refitted by {left:.3g} N: {parts}."
+        f"{' ' + headed(hidden) + '.' if hidden else ''}"
+    )
 
 
 def doubts(diagnosis: Diagnosis) -> list[str]:

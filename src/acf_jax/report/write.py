@@ -34,7 +34,10 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> N
     look = outlook(d)
     beside = [p for p in (heldout.force_error(content), heldout.peak_errors(d)) if p is not None]
     parts = [
-        part("made-of", "Made of", "What the gap is made of", composition.bars(d), composition.figures(d)),
+        part(
+            "made-of", "Made of", "What the gap is made of", composition.in_words(d), composition.bars(d),
+            composition.figures(d),
+        ),
         part("before-after", "Before, after", "Before and after", traces.overlay(d, look)),
         part("where", "Where", "Where the gap lies", where.in_words(d), where.gap_map(d), where.components(d)),
         part(
