@@ -33,8 +33,12 @@ def statement(found: Sequence[Strain]) -> str:
     if not found:
         return ""
     parts = [
-        f"the {s.parameter.meaning} {s.fitted:.3g} {s.parameter.unit}, {abs(s.deviations):.0f} standard deviations from"
-        f" the stated {s.stated:.3g}"
+        f"the {s.parameter.meaning} {_figures(s.fitted)} {s.parameter.unit}, {abs(s.deviations):.0f} standard"
+        f" deviations from the stated {_figures(s.stated)}"
         for s in found
     ]
-    return f"refitting hides a part of the gap in the rig: it makes {' and '.join(parts)}"
+    return f"refitting hides a part of the gap in the rig: it makes {'; '.join(parts)}"
+
+
+def _figures(value: float) -> str:
+    return f"{float(f'{value:.3g}'):,.9g}"

@@ -44,7 +44,7 @@ def bars(diagnosis: Diagnosis) -> Html | None:
         " leaves beyond scatter; no model can predict the scatter between trials."
     )
     return plot(
-        "made-of", "What the gap is made of", caption, [Variant("", [data])], layout, 110 + 34 * len(parts)
+        "made-of", "Share of each part", caption, [Variant("", [data])], layout, 110 + 34 * len(parts)
     )
 
 
