@@ -1,7 +1,7 @@
 """A case: a data set with a hidden cause, and its answer."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -37,6 +37,10 @@ class Case:
     outside_library: bool
     trials: tuple[Trial, ...]
     held_out: tuple[Trial, ...]  # noise-free
+    shares: dict[str, float] = field(
+        default_factory=dict
+    )  # of the force that each cause changes, if sized so
+    background: tuple[str, ...] = ()  # small causes, which are no answer
 
 
 def make_case(
@@ -58,11 +62,7 @@ def make_case(
     or target is not above 0.
     """
     engine = find_world(world)
-    known = engine.causes()
-    if strangers := sorted(set(effects) - set(known)):
-        raise InputError(f"world '{world}' has no cause {', '.join(strangers)}; it has {', '.join(known)}")
-    if twice := sorted({name for name in effects if list(effects).count(name) > 1}):
-        raise InputError(f"effects: {', '.join(twice)} is named more than once; name each effect once")
+    check_effects(engine, effects)
     for key, value in (("size", size), ("target", target)):
         if value is not None and not 0 < value < np.inf:
             raise InputError(
@@ -81,19 +81,43 @@ def make_case(
     causes = {
         name: engine.draw(name, own, setup.rig, sizes[name]) for name, own in zip(effects, seeds, strict=True)
     }
-    trials = record_trials(rng, engine, setup, list(causes.values()))
+    return record_case(seed, rng, engine, setup, causes, sizes)
+
+
+def check_effects(world: AbstractWorld, effects: Sequence[str]) -> None:
+    """`InputError` where an effect is no cause of the world, or named twice."""
+    known = world.causes()
+    if strangers := sorted(set(effects) - set(known)):
+        raise InputError(
+            f"world '{world.name}' has no cause {', '.join(strangers)}; it has {', '.join(known)}"
+        )
+    if twice := sorted({name for name in effects if list(effects).count(name) > 1}):
+        raise InputError(f"effects: {', '.join(twice)} is named more than once; name each effect once")
+
+
+def record_case(
+    seed: int,
+    rng: np.random.Generator,
+    world: AbstractWorld,
+    setup: Setup,
+    causes: dict[str, AbstractCause],
+    sizes: dict[str, float],
+) -> Case:
+    """Record the campaign of a setup with its causes; `rng` goes on from where it drew both with `seed`."""
+    acting = list(causes.values())
+    trials = record_trials(rng, world, setup, acting)
     sound = tuple(trial.impact for trial in trials if not trial.fault)
     seen = replace(setup, conditions=sound, repeats=1)
     return Case(
         seed=seed,
-        world=world,
+        world=world.name,
         setup=setup,
         causes=causes,
         sizes=sizes,
-        distance=distance(engine, seen, list(causes.values())) if causes else 0.0,
-        outside_library=bool(set(effects) & set(engine.causes("beyond"))),
+        distance=distance(world, seen, acting) if acting else 0.0,
+        outside_library=bool(set(causes) & set(world.causes("beyond"))),
         trials=trials,
-        held_out=_record_held_out(engine, setup, list(causes.values())),
+        held_out=_record_held_out(world, setup, acting),
     )
 
 
@@ -110,6 +134,8 @@ def record_trials(
         impact = Impact(label.v_e * scatter[0], label.f_p * scatter[1])
         response = world.respond(setup.rig, causes, impact, setup.time + late, setup.after_loss)
         force = response.sensed + setup.noise.draw(rng, response.sensed.size)
+        if setup.ring:
+            force += setup.ring.draw(rng, response.time, float(response.sensed.max()))
         time = setup.time[: force.size]
         in_contact = response.time <= response.lost
         fault = setup.fault if i == faulty else ""

@@ -1,6 +1,6 @@
 """How visible a cause is: the traces with and without it, and the whitened distance between them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,22 +50,29 @@ def distance(world: AbstractWorld, setup: Setup, causes: Sequence[Any]) -> float
 
 
 def size_at_distance(world: AbstractWorld, setup: Setup, name: str, seed: int, target: float) -> float:
-    """The size, at most 1, at which the named cause is `target` away; within 5 % of it where it can be.
-
-    Where the distance jumps (contact is lost or not) the size closest to the target is returned.
+    """The size, at most 1, at which the named cause is `target` away; see `size_at`.
 
     **Arguments:** `world`: the engine. `setup`: the rig, the conditions and the noise. `name`: of a cause of that
     world. `seed`: of what the cause draws. `target`: a `distance`.
     """
+    return size_at(lambda size: distance(world, setup, [world.draw(name, seed, setup.rig, size)]), target)
+
+
+def size_at(measure: Callable[[float], float], target: float) -> float:
+    """The size, at most 1, at which what a cause does is `target`; within 5 % of it where it can be.
+
+    Where the measure jumps (contact is lost or not) the size closest to the target is returned.
+
+    **Arguments:** `measure`: of a size, about proportional to it. `target`: above 0.
+    """
 
     def excess(log_size: float) -> float:
-        cause = world.draw(name, seed, setup.rig, float(np.exp(log_size)))
-        return float(np.log(max(distance(world, setup, [cause]), 1e-12) / target))
+        return float(np.log(max(measure(float(np.exp(log_size))), 1e-12) / target))
 
     tried = [(0.0, excess(0.0))]
     if tried[0][1] <= 0.0:
         return 1.0
-    guess = -tried[0][1]  # the distance is about proportional to the size
+    guess = -tried[0][1]
     for _ in range(8):
         tried.append((guess, excess(guess)))
         below = max((t for t in tried if t[1] <= 0.0), default=None)

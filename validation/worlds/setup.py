@@ -43,6 +43,22 @@ class Noise:
 
 
 @dataclass(frozen=True)
+class Ring:
+    """A decaying oscillation of the fixture that every impact starts anew, at another amplitude and phase."""
+
+    frequency: float  # Hz
+    decay: float  # s, time constant
+    share: float  # of the trial's peak: standard deviation of the cosine and of the sine part
+
+    def draw(self, rng: np.random.Generator, time: Array, peak: float) -> Array:
+        """Of one trial, N, at instants after first contact; zero before. `time`: s, shape (n,). `peak`: N."""
+        cosine, sine = self.share * peak * rng.standard_normal(2)
+        phase = 2.0 * np.pi * self.frequency * time
+        swing = np.exp(-np.maximum(time, 0.0) / self.decay) * (cosine * np.cos(phase) + sine * np.sin(phase))
+        return np.where(time > 0.0, swing, 0.0)
+
+
+@dataclass(frozen=True)
 class Setup:
     """One campaign on one rig."""
 
@@ -59,6 +75,7 @@ class Setup:
     quantum: float  # N
     after_loss: float  # s, for how long a recording goes on once contact is lost
     fault: str  # of one trial: "", "dropout", "loose_cable" or "wrong_label"
+    ring: Ring | None = None
 
     @property
     def time(self) -> Array:

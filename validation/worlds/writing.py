@@ -53,9 +53,11 @@ def _write_data(case: Case, folder: Path) -> None:
 def answer_of(case: Case) -> dict[str, Any]:
     """The hidden truth: the keys that scores read first, then what the world knows besides."""
     rig = (case.setup.rig.m, case.setup.rig.d, case.setup.rig.k_f, case.setup.rig.k_c)
+    asked = {name: cause for name, cause in case.causes.items() if name not in case.background}
     return {
-        "effects": list(case.causes),
-        "components": sorted({cause.component for cause in case.causes.values()}),
+        "effects": list(asked),
+        "components": sorted({cause.component for cause in asked.values()}),
+        **_lifelike(case),
         "noise": "coloured" if case.setup.noise.memory else "white",
         "held_out_peak_force_n": {trial.name: round(trial.peak, 3) for trial in case.held_out},
         "outside_library": case.outside_library,
@@ -68,6 +70,24 @@ def answer_of(case: Case) -> dict[str, Any]:
         "trigger_jitter_samples": case.setup.jitter,
         "trigger_delay_samples": round(case.setup.delay, 4),
         "faulty_trials": {trial.name: trial.fault for trial in case.trials if trial.fault},
+    }
+
+
+def _lifelike(case: Case) -> dict[str, Any]:
+    """What an answer says of a rig with small effects besides: the shares of the force, and whether trials ring."""
+    if not case.background:
+        return {}
+    shares = {name: round(share, 4) for name, share in case.shares.items()}
+    ring = case.setup.ring
+    return {
+        "background": {name: shares[name] for name in case.background},
+        "shares": {name: share for name, share in shares.items() if name not in case.background},
+        "ring_of_each_trial": ring is not None,
+        **(
+            {"ring": {"frequency_hz": ring.frequency, "decay_s": ring.decay, "share_of_peak": ring.share}}
+            if ring
+            else {}
+        ),
     }
 
 
