@@ -10,6 +10,7 @@ import argparse
 import gzip
 import json
 from collections.abc import Iterable, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,7 +25,7 @@ class Case(NamedTuple):
     """What a case's fits left, and what was true."""
 
     name: str
-    kind: str  # "none", "weak", "clear", "pair" or "unknown"
+    kind: str  # "none", "weak", "clear", "pair", "unknown" or "lifelike"
     evidence: Sequence[Evidence]
     samples: int
     noise_doubt: float
@@ -69,10 +70,14 @@ def _case(row: dict[str, Any], content: dict[str, Any]) -> Case:
         )
         for f in content["fits"]
     ]
-    truth = tuple(row["truth"])
-    kind, right = row["kind"], {truth}
+    truth, kind = tuple(row["truth"]), row["kind"]
+    # of a lifelike rig small effects may be named as well
+    small = [] if truth == UNKNOWN else row.get("background", [])
+    right = {tuple(sorted(truth + some)) for n in range(len(small) + 1) for some in combinations(small, n)}
     if truth == UNKNOWN:
-        kind, right = "unknown", {truth, *((name,) for name in row["neighbours"])}
+        right |= {(name,) for name in row["neighbours"]}
+    if truth == UNKNOWN and kind != "lifelike":
+        kind = "unknown"
     elif kind == "single":
         kind = "clear" if row["clear"] else "weak"
     components = frozenset(row["components"])

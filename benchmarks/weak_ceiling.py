@@ -34,10 +34,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     plan = draw_plan(chosen.seed, chosen.cases, [find_world("scipy"), find_world("mujoco")])
     rows = []
     for order in plan:
-        if len(order.effects) != 1 or order.without or order.target is None or order.target >= WEAK[1]:
+        if order.kind != "single" or order.target is None or order.target >= WEAK[1]:
             continue
         case = make_case(order.seed, order.effects, None, order.target, order.world, order.coloured)
-        if case.outside_library or case.distance >= WEAK[1]:
+        if case.distance >= WEAK[1]:
             continue
         gram, labels, rng = signals(case, chosen.forms)
         odds, right = weigh(gram, labels, case.distance, rng)

@@ -33,6 +33,7 @@ COLUMNS = {  # of the file, in the order of the targets: its place in a score, a
     "unknown_component": ("unknown", "component", "their component"),
     "calibration_error": ("calibration", "expected_error", "calibration error beyond chance"),
     "shrinkage_inside": ("shrinkage", "inside", "shrinkage in its interval"),
+    "lifelike_wrong": ("lifelike", "identified_wrong", "lifelike rigs identified and wrong"),
 }
 Run = dict[str, str]
 
@@ -42,12 +43,17 @@ def score_of(run: Run) -> dict[str, Any]:
     score: dict[str, Any] = {}
     for column, (kind, key, _) in COLUMNS.items():
         if kind != "calibration":
-            right, n = map(int, (run[column] or "0/0").split("/"))
+            right, n = map(int, (run.get(column) or "0/0").split("/"))
             score.setdefault(kind, {})[key] = counted(right, n)
     score["weak"]["ceiling"] = float(run["weak_ceiling"]) if run["weak_ceiling"] else None
     error, chance = run["calibration_error"], run["calibration_chance"]
     score["calibration"] = {"expected_error": float(error), "by_chance_95": float(chance)} if error else None
     return score
+
+
+def is_known(runs: list[Run], column: str) -> bool:
+    """Whether any of the runs had such data sets."""
+    return any(run.get(column) for run in runs)
 
 
 def shown(score: dict[str, Any], kind: str, key: str) -> tuple[float, float, float]:
@@ -96,7 +102,9 @@ def table(runs: list[Run]) -> str:
         return f"**{sum(target.met or False for target in targets(score_of(run)))}**"
 
     counts = {
-        column: title.split(",")[0] for column, (kind, _, title) in COLUMNS.items() if kind != "calibration"
+        column: title.split(",")[0]
+        for column, (kind, _, title) in COLUMNS.items()
+        if kind != "calibration" and is_known(runs, column)
     }
     lines = [
         row("seed", itemgetter("seed")),
@@ -121,7 +129,7 @@ def main() -> None:
     plt.style.use(HERE / "style.mplstyle")
     figure, grid = plt.subplots(4, 3, figsize=(10, 10), layout="constrained")
     for number, axes in enumerate(np.ravel(grid)):
-        if number < len(COLUMNS):
+        if number < len(COLUMNS) and is_known(large, list(COLUMNS)[number]):
             draw(axes, large, number)
         else:
             axes.set_axis_off()

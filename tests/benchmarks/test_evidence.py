@@ -37,6 +37,7 @@ def test_a_run_says_by_its_score_what_counts_as_right(tmp_path) -> None:
     known = {"set": "a", "kind": "single", "truth": ["sensor_lag"], "components": ["sensor"], "clear": True}
     known["neighbours"] = {}
     hidden = known | {"set": "b", "kind": "withheld", "truth": ["unknown"], "neighbours": {"gravity": 0.3}}
+    among = known | {"set": "d", "kind": "lifelike", "background": ["gravity", "pad_mass"]}
     failed = {"set": "c", "error": "no trials"}
     fits = [
         {
@@ -48,14 +49,26 @@ def test_a_run_says_by_its_score_what_counts_as_right(tmp_path) -> None:
         }
         for e in FITS
     ]
-    for name in "ab":
+    for name in "abd":
         (tmp_path / "results" / name).mkdir(parents=True)
         content = {"evidence": {"samples": 1000, "noise_doubt": 0.05, "fits": fits}}
         (tmp_path / "results" / name / "diagnosis.json").write_text(json.dumps(content))
-    (tmp_path / "results/score.json").write_text(json.dumps({"rows": [known, hidden, failed]}))
+    (tmp_path / "results/score.json").write_text(json.dumps({"rows": [known, hidden, failed, among]}))
     assert read_cases(tmp_path) == [
         KNOWN,
         HIDDEN._replace(right=frozenset({UNKNOWN, ("gravity",)})),
+        KNOWN._replace(
+            name="d",
+            kind="lifelike",
+            right=frozenset(
+                {
+                    ("sensor_lag",),
+                    ("gravity", "sensor_lag"),
+                    ("pad_mass", "sensor_lag"),
+                    ("gravity", "pad_mass", "sensor_lag"),
+                }
+            ),
+        ),
     ]
 
 

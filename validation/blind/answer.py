@@ -17,10 +17,28 @@ class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
+class Mode(_Part):
+    """A mode of the sensor, as its world drew it."""
+
+    damping_ratio: FiniteFloat | None = None
+
+
+class Parameters(_Part):
+    """Of the causes, those that a score reads."""
+
+    sensor_resonance: Mode | None = None
+
+
 class Answer(_Part):
-    """The cause of one data set; everything but `effects` may be left out."""
+    """The cause of one data set; everything but `effects` may be left out.
+
+    `background` holds the small effects of a lifelike rig, with the share of the force that each changes: they are in
+    the rig, but need not be named.
+    """
 
     effects: tuple[str, ...]
+    background: dict[str, FiniteFloat] = {}
+    parameters: Parameters = Parameters()
     components: tuple[Component, ...] = ()
     outside_library: bool = False
     withheld: str = ""
@@ -106,13 +124,29 @@ def check_answer(where: Path | str, content: Any) -> Answer:
     """An answer from its keys; `InputError` names those that are wrong, and effects that may be misspelt."""
     remedy = "write effects: [...], with components: [...] for an unknown one"
     answer = check_form(Answer, content, where, remedy)
-    strange = [name for name in answer.effects if name not in library()]
-    if strange and not answer.components:
-        raise InputError(
-            f"{where}: effects: {shown(strange[0])} is none of {', '.join(library())};"
-            " for a cause outside the library write components: [...] as well"
-        )
+    for key, names in (("effects", answer.effects), ("background", tuple(answer.background))):
+        strange = [name for name in names if name not in library()]
+        if strange and not answer.components:
+            raise InputError(
+                f"{where}: {key}: {shown(strange[0])} is none of {', '.join(library())};"
+                " for a cause outside the library write components: [...] as well"
+            )
+    mode = answer.parameters.sensor_resonance
+    if mode and mode.damping_ratio is not None and mode.damping_ratio >= 1:
+        return _as_lag(answer)
     return answer
+
+
+def _as_lag(answer: Answer) -> Answer:
+    """A mode of the sensor that is damped beyond ringing is a low-pass: the library calls it a lag."""
+
+    def renamed(name: str) -> str:
+        return "sensor_lag" if name == "sensor_resonance" else name
+
+    effects = tuple(dict.fromkeys(map(renamed, answer.effects)))
+    small = {renamed(name): share for name, share in answer.background.items()}
+    background = {name: share for name, share in small.items() if name not in effects}
+    return answer.model_copy(update={"effects": effects, "background": background})
 
 
 def read_said(result: Path) -> Said | Failed:

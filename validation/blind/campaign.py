@@ -72,13 +72,16 @@ def make(folder: Path, seed: int, cases: int, worlds: Sequence[str], where: Wher
 def _make_one(order: Order) -> tuple[Files, str]:
     """The files of a data set, and its answer, which goes elsewhere."""
     from validation.blind.imitate import imitators
-    from validation.worlds import answer_of, make_case, write_data
+    from validation.worlds import answer_of, make_case, make_lifelike, write_data
 
-    case = make_case(order.seed, order.effects, None, order.target, order.world, order.coloured)
+    if order.kind == "lifelike":
+        case = make_lifelike(order.seed, order.effects, order.world, order.coloured)
+    else:
+        case = make_case(order.seed, order.effects, None, order.target, order.world, order.coloured)
     answer: dict[str, Any] = {**answer_of(case), "withheld": order.without}
-    if case.outside_library or order.without:
+    if order.kind in ("beyond", "withheld"):
         answer["neighbours"] = imitators(case, without=order.without)
-    if len(order.effects) == 1 and not order.without and case.distance < WEAK[1] and not case.outside_library:
+    if order.kind == "single" and case.distance < WEAK[1]:
         from validation.blind.ceiling import ceiling
 
         answer["ceiling"] = ceiling(case)

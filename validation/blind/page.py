@@ -8,8 +8,8 @@ from acf_jax.report.markup import Html, details, element, table
 from acf_jax.report.page import page, part
 from acf_jax.report.plot import Variant, axis, plain, plot, series
 from validation.blind.summary import Row
-from validation.blind.table import mark, named
-from validation.blind.targets import targets
+from validation.blind.table import cause_of, lifelike_figures, mark, named
+from validation.blind.targets import shown, targets
 
 VERDICTS = {True: ("met", "good"), False: ("missed", "bad"), None: ("no such case", "muted")}
 
@@ -18,6 +18,7 @@ def score_page(name: str, rows: Sequence[Row], score: dict[str, Any]) -> str:
     """The page of a score."""
     parts = [
         part("targets", "Targets", "What was asked for, and what came out", _targets(score)),
+        part("lifelike", "Lifelike rigs", "Large effects among small ones", _lifelike(score)),
         part("size", "Effect size", "Small effects and large ones", _by_distance(score)),
         part("confusion", "Confusion", "What was taken for what", _confusion(score)),
         part("calibration", "Calibration", "Do probabilities keep their word", _reliability(score)),
@@ -61,6 +62,13 @@ def _targets(score: dict[str, Any]) -> Html:
         ["Figure", "Asked", "Reached", ""],
         rows,
     )
+
+
+def _lifelike(score: dict[str, Any]) -> Html | None:
+    if not score["lifelike"]["right"]["n"]:
+        return None
+    rows = [(name, shown(share)) for name, share in lifelike_figures(score["lifelike"])]
+    return table("Lifelike rigs, with 95 % intervals of the shares", ["Figure", "Reached"], rows)
 
 
 def _by_distance(score: dict[str, Any]) -> Html | None:
@@ -124,7 +132,8 @@ def _confusion(score: dict[str, Any]) -> Html | None:
         "margin": {"b": 150, "l": 150},
     }
     caption = (
-        "Rows are causes, columns what was answered first; weak effects included. Numbers are data sets."
+        "Rows are causes, columns what was answered first; weak effects included, lifelike rigs not."
+        " Numbers are data sets."
     )
     return plot("confusion-map", "Confusion matrix", caption, [Variant("", [heat])], layout, 620)
 
@@ -155,14 +164,14 @@ def _reliability(score: dict[str, Any]) -> Html | None:
 
 
 def _shrinkage(rows: Sequence[Row]) -> Html | None:
-    claimed = [r for r in rows if r.get("shrinkage") and "ratio" in r and r["causes"]]
+    claimed = [r for r in rows if r.get("shrinkage") and "ratio" in r and r["kind"] != "none"]
     if not claimed:
         return None
     claimed.sort(key=lambda r: 1 - r["ratio"])
     value = [max(-1.0, r["shrinkage"]["value"]) for r in claimed]
     ends = [[max(-1.0, end) for end in r["shrinkage"]["ci95"]] for r in claimed]
     x = list(range(1, len(claimed) + 1))
-    label = [plain(f"{r['set']} {named(r['causes'])}") for r in claimed]
+    label = [plain(f"{r['set']} {cause_of(r)}") for r in claimed]
     data = [
         {"type": "scatter", "mode": "markers", "x": x, "y": series(value, 3), "name": "claimed, with its 95 % interval",
          "marker": {"color": "--recalibrated", "size": 5},
@@ -188,7 +197,7 @@ def _misses(rows: Sequence[Row]) -> Html:
         return element("p", "There is none.")
     cells = [
         (
-            r["set"], named(r["causes"]) + (" (withheld)" if r["kind"] == "withheld" else ""), r["world"],
+            r["set"], cause_of(r), r["world"],
             f"{r['distance']:.1f}" if r["distance"] is not None else "",
             *([r["verdict"], r["error"], "", ""] if "error" in r else _said(r)),
         )

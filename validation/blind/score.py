@@ -1,5 +1,6 @@
 """One data set: what was said of it against what was true, and how the corrected model does on unseen conditions."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -36,8 +37,9 @@ def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> 
     truth = UNKNOWN if outside or withheld else named
     row: dict[str, Any] = {
         "set": data.name,
-        "kind": _kind(named, outside, withheld),
+        "kind": _kind(answer, named, outside),
         "causes": named,
+        "background": sorted(answer.background),
         "truth": truth,
         "components": list(answer.components)
         or sorted({library()[n].component for n in named if n in library()}),
@@ -53,7 +55,7 @@ def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> 
     claim = said.shrinkage.force
     return {
         **row,
-        **_explained(said, truth, answer.neighbours),
+        **_explained(said, truth, answer.neighbours, answer.background),
         "component_right": max(said.where.component, key=said.where.component.__getitem__)
         in row["components"],
         "shrinkage": None if claim is None else {"value": claim.value, "ci95": list(claim.ci95)},
@@ -64,16 +66,23 @@ def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> 
     }
 
 
-def _kind(named: list[str], outside: bool, withheld: str) -> str:
-    if withheld:
+def _kind(answer: Answer, named: list[str], outside: bool) -> str:
+    if answer.background:
+        return "lifelike"
+    if answer.withheld:
         return "withheld"
     if outside:
         return "beyond"
     return {0: "none", 1: "single"}.get(len(named), "pair")
 
 
-def _explained(said: Said, truth: list[str], neighbours: dict[str, float]) -> dict[str, Any]:
+def _explained(
+    said: Said, truth: list[str], neighbours: dict[str, float], background: Collection[str] = ()
+) -> dict[str, Any]:
     """Which explanations were given, and whether the truth is among them.
+
+    Of a rig with a background of small effects any explanation is right that names all large ones, and none that is not
+    in the rig.
 
     One class with the truth: the diagnosis computed that these trials cannot separate the two, or, of an unknown cause,
     the harness did so before the diagnosis ran.
@@ -82,6 +91,9 @@ def _explained(said: Said, truth: list[str], neighbours: dict[str, float]) -> di
     first, probability = ranked[0]
     credible = [sorted(e) for e in said.credible_set]
     twins = [sorted(pair.effects) for pair in said.indistinguishable]
+
+    def is_right(named: list[str]) -> bool:
+        return named == truth if truth == UNKNOWN else {*truth} <= {*named} <= {*truth, *background}
 
     def one_class(named: list[str]) -> bool:
         if truth == UNKNOWN:
@@ -92,13 +104,13 @@ def _explained(said: Said, truth: list[str], neighbours: dict[str, float]) -> di
         "verdict": said.verdict,
         "first": first,
         "probability_first": probability,
-        "probability_truth": next((p for e, p in ranked if e == truth), 0.0),
+        "probability_truth": sum(p for e, p in ranked if is_right(e)),
         "credible": credible,
-        "first_right": first == truth,
-        "first_in_class": first == truth or one_class(first),
-        "covered": truth in credible,
-        "covered_in_class": truth in credible or any(map(one_class, credible)),
-        "one_right": first == truth or bool(set(first) & set(truth)),
+        "first_right": is_right(first),
+        "first_in_class": is_right(first) or one_class(first),
+        "covered": any(map(is_right, credible)),
+        "covered_in_class": any(is_right(e) or one_class(e) for e in credible),
+        "one_right": is_right(first) or bool(set(first) & set(truth)),
     }
 
 

@@ -33,7 +33,7 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
     """All figures of a score, from the rows of `score_one`; a data set that could not be used counts as wrong."""
     kind = {
         name: [r for r in rows if r["kind"] == name]
-        for name in ("none", "single", "pair", "beyond", "withheld")
+        for name in ("none", "single", "pair", "beyond", "withheld", "lifelike")
     }
     clear = [r for r in kind["single"] if r["clear"]]
     weak = [r for r in kind["single"] if not r["clear"]]
@@ -73,6 +73,7 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
             "withheld": share([r for r in hidden if r["kind"] == "withheld"], "first_in_class"),
             "component": share(hidden, "component_right"),
         },
+        "lifelike": _lifelike(kind["lifelike"]),
         "credible_set_size": _mean([len(r["credible"]) for r in answered]),
         "calibration": _calibration(answered),
         "shrinkage": _shrinkage([r for r in answered if r["kind"] != "none"]),
@@ -81,10 +82,25 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
         ),
         "seconds": _seconds(answered),
         "by_distance": _by_distance(kind["single"]),
-        "confusion": _confusion(answered),
+        "confusion": _confusion([r for r in answered if r["kind"] != "lifelike"]),
         "components": _components(answered),
     }
     return result
+
+
+def _lifelike(rows: Sequence[Row]) -> dict[str, Any]:
+    """Right: all large effects are named and none that is not in the rig; of a foreign cause it is `unknown`."""
+    foreign = [r for r in rows if r["truth"] == ["unknown"]]
+    return {
+        "right": share(rows, "first_right"),
+        "right_in_class": share(rows, "first_in_class"),
+        "named": share([r for r in rows if r not in foreign], "first_right"),
+        "unknown": share(foreign, "first_right"),
+        "identified_wrong": share(
+            rows, lambda r: r["verdict"] == "identified" and not r.get("first_in_class")
+        ),
+        "shrinkage": _shrinkage([r for r in rows if "error" not in r]),
+    }
 
 
 def _alarms(rows: Sequence[Row]) -> dict[str, Any]:

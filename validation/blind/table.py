@@ -24,6 +24,8 @@ def lines(rows: Sequence[Row], score: dict[str, Any]) -> str:
         f" with them: pairs {_of(score['pair']['both_first_in_class'])}"
     )
     text.append(f"     no_gap without any effect {_of(score['none']['no_gap'])}")
+    if (lifelike := score["lifelike"])["right"]["n"]:
+        text += [f"     {name} {_of(share)}" for name, share in lifelike_figures(lifelike)]
     if shrinkage := score["shrinkage"]:
         text.append(
             "     held-out force error, corrected over recalibrated:"
@@ -38,16 +40,34 @@ def lines(rows: Sequence[Row], score: dict[str, Any]) -> str:
     return "\n".join(text) + "\n"
 
 
+def lifelike_figures(score: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """What came out of lifelike rigs: a name and a share each."""
+    figures = [
+        (
+            "lifelike rigs: every large effect named and none that is not in the rig, foreign causes unknown",
+            score["right"],
+        ),
+        ("the same, where effects of one class count", score["right_in_class"]),
+        ("lifelike rigs without a foreign cause", score["named"]),
+        ("lifelike rigs with a foreign cause, as unknown", score["unknown"]),
+    ]
+    if score["shrinkage"]:
+        figures.append(
+            ("lifelike rigs: real shrinkage inside the claimed interval", score["shrinkage"]["inside"])
+        )
+    return figures
+
+
 def _of(share: dict[str, Any]) -> str:
     return f"{share['right']}/{share['n']}"
 
 
 def _line(row: Row) -> str:
-    truth = named(row["causes"]) + (" (withheld)" if row["kind"] == "withheld" else "")
-    distance = f" d {row['distance']:.1f}" if row["distance"] is not None and row["causes"] else ""
+    truth = cause_of(row)
+    distance = f" d {row['distance']:.1f}" if row["distance"] is not None and row["kind"] != "none" else ""
     if "error" in row:
         return f"{row['set']} error {row['error']}"
-    real = f", real shrinkage {1 - row['ratio']:.2f}" if row["causes"] and "ratio" in row else ""
+    real = f", real shrinkage {1 - row['ratio']:.2f}" if row["kind"] != "none" and "ratio" in row else ""
     return (
         f"{row['set']} {mark(row)} {row['verdict']:<17} {truth}{distance}:"
         f" {named(row['first'])} {row['probability_first']:.2f}{real}"
@@ -62,6 +82,13 @@ def mark(row: Row) -> str:
         if row[key]:
             return word
     return "MISS "
+
+
+def cause_of(row: Row) -> str:
+    """What was true, in words."""
+    if row["kind"] == "lifelike":
+        return f"{named(row['causes'])} among {len(row['background'])} small"
+    return named(row["causes"]) + (" (withheld)" if row["kind"] == "withheld" else "")
 
 
 def named(effects: Sequence[str]) -> str:

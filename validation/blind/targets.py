@@ -50,6 +50,7 @@ def targets(score: dict[str, Any]) -> list[Target]:
         _at_least("real shrinkage inside the claimed interval", shrinkage["inside"], 0.90)
         if shrinkage
         else Target("real shrinkage inside the claimed interval", "at least 90 %", 0.90, "-", None),
+        _at_most("lifelike rigs identified and wrong", score["lifelike"]["identified_wrong"], 0.03),
     ]
 
 
@@ -58,7 +59,7 @@ def _at_least(name: str, share: dict[str, Any], asked: float) -> Target:
         name,
         f"at least {asked:.0%}",
         asked,
-        _shown(share),
+        shown(share),
         None if not share["n"] else share["share"] >= asked,
     )
 
@@ -68,12 +69,13 @@ def _at_most(name: str, share: dict[str, Any], asked: float) -> Target:
         name,
         f"at most {asked:.0%}",
         asked,
-        _shown(share),
+        shown(share),
         None if not share["n"] else share["share"] <= asked,
     )
 
 
-def _shown(share: dict[str, Any]) -> str:
+def shown(share: dict[str, Any]) -> str:
+    """A share with its interval, in words."""
     if not share["n"]:
         return "-"
     low, high = share["ci95"]

@@ -149,7 +149,7 @@ def test_a_folder_without_data_sets_is_refused(tmp_path):
 def test_machines_that_have_only_what_is_installed_draw_the_same_data(tmp_path):
     """Worlds and blind runs are no part of that: their source goes along with the work."""
     need_module("distributed", "pip install '.[fleet]'")
-    order = Order(5, (), None, False, "scipy")
+    order = Order("none", 5, (), None, False, "scipy")
     installed = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
     started = [sys.executable, "-c", SCHEDULER]
     with subprocess.Popen(

@@ -1,9 +1,33 @@
-"""Held-out forces against predictions."""
+"""Held-out forces against predictions, and explanations against the truth."""
+
+from pathlib import Path
 
 import numpy as np
+import pytest
 
-from validation.blind.answer import Said
-from validation.blind.score import _explained, force_at
+from validation.blind.answer import Answer, Failed, Said
+from validation.blind.score import _explained, force_at, score_one
+
+LARGE, SMALL = ["contact_hardening", "sensor_lag"], ["gravity", "pad_mass"]
+
+
+def said(effects: list[str], twins: list[list[str]] | None = None, probability: float = 0.9) -> Said:
+    """A diagnosis that names these effects first, and an end stop next."""
+    return Said.model_validate(
+        {
+            "verdict": "ambiguous",
+            "explanations": [
+                {"effects": effects, "probability": probability},
+                {"effects": ["end_stop"], "probability": 1 - probability},
+            ],
+            "credible_set": [effects],
+            "indistinguishable": [{"effects": pair} for pair in twins or []],
+            "where": {"component": {"actuator": 1.0}},
+            "shrinkage": {"force": None},
+            "parameters": {},
+            "excluded_trials": [],
+        }
+    )
 
 
 def test_a_predicted_force_ends_with_its_trace_and_no_rounding_before() -> None:
@@ -17,18 +41,56 @@ def test_a_predicted_force_ends_with_its_trace_and_no_rounding_before() -> None:
 
 def test_a_class_holds_explanations_by_as_many_effects() -> None:
     """What one of two confused effects explains is not the pair of both."""
-    said = Said.model_validate(
-        {
-            "verdict": "ambiguous",
-            "explanations": [{"effects": ["gravity"], "probability": 0.9}],
-            "credible_set": [["gravity"]],
-            "indistinguishable": [{"effects": ["coulomb_friction", "gravity"]}],
-            "where": {"component": {"actuator": 1.0}},
-            "shrinkage": {"force": None},
-            "parameters": {},
-            "excluded_trials": [],
-        }
-    )
-    assert _explained(said, ["coulomb_friction"], {})["first_in_class"]
-    pair = _explained(said, ["coulomb_friction", "gravity"], {})
+    confused = said(["gravity"], [["coulomb_friction", "gravity"]])
+    assert _explained(confused, ["coulomb_friction"], {})["first_in_class"]
+    pair = _explained(confused, ["coulomb_friction", "gravity"], {})
     assert not pair["first_in_class"] and not pair["covered_in_class"] and pair["one_right"]
+
+
+@pytest.mark.parametrize(
+    ("named", "truth", "right"),
+    [
+        (LARGE, LARGE, True),
+        ([*LARGE, "gravity"], LARGE, True),
+        (["sensor_lag"], LARGE, False),
+        (["gravity", "sensor_lag"], LARGE, False),
+        ([*LARGE, "end_stop"], LARGE, False),
+        (["unknown"], LARGE, False),
+        ([], [], True),
+        (["pad_mass"], [], True),
+        (["end_stop"], [], False),
+        (["unknown"], [], False),
+        (["unknown"], ["unknown"], True),
+        (["gravity"], ["unknown"], False),
+        ([], ["unknown"], False),
+    ],
+)
+def test_among_small_effects_all_large_ones_are_named_and_none_that_is_not_there(named, truth, right) -> None:
+    found = _explained(said(named), truth, {}, SMALL)
+    assert found["first_right"] is found["first_in_class"] is found["covered"] is right
+    assert found["probability_truth"] == pytest.approx(0.9 if right else 0.0)
+
+
+def test_a_small_effect_need_not_be_named_and_is_none_where_there_is_no_background() -> None:
+    assert not _explained(said(["gravity"]), [], {})["first_right"]
+    confused = said(["pad_relaxation"], [["contact_damping", "pad_relaxation"]])
+    found = _explained(confused, ["contact_damping"], {}, SMALL)
+    assert found["first_in_class"] and not found["first_right"]
+
+
+@pytest.mark.parametrize(
+    ("answer", "truth", "components"),
+    [
+        (Answer(effects=("sensor_lag",), background={"gravity": 0.01}), ["sensor_lag"], ["sensor"]),
+        (Answer(effects=(), background={"gravity": 0.01}), [], []),
+        (
+            Answer(effects=("loose_pad",), background={"gravity": 0.01}, components=("contact",)),
+            ["unknown"],
+            ["contact"],
+        ),
+    ],
+)
+def test_a_set_with_a_background_is_lifelike(answer, truth, components) -> None:
+    row = score_one(Path("a"), Path("b"), Failed(error="no trials"), answer)
+    assert (row["kind"], row["truth"], row["components"]) == ("lifelike", truth, components)
+    assert row["background"] == ["gravity"]
