@@ -11,7 +11,7 @@ from acf_jax.errors import InputError
 from tests.needs import need_module
 from validation.worlds import answer_of, draw_setup, find_world, make_lifelike, write_case
 from validation.worlds.case import record_trials
-from validation.worlds.lifelike import FREQUENCY, LARGE, SMALL, SPREAD, size_by_share
+from validation.worlds.lifelike import FREQUENCY, LARGE, SMALL, SPREAD, is_caught, size_by_share
 from validation.worlds.setup import SAMPLE_RATES, Noise, Ring
 
 SEED, EFFECTS = 3, ["sensor_lag", "end_stop"]
@@ -61,6 +61,14 @@ def test_equal_arguments_make_equal_files_that_state_the_spread(case, tmp_path):
     assert stated["contact_velocity_rel_std"] == stated["pretension_rel_std"] == case.setup.spread
     with (tmp_path / "a" / "trials.csv").open() as file:
         assert len(list(csv.DictReader(file))) == len(case.setup.conditions) * case.setup.repeats
+
+
+def test_an_impact_that_is_held_makes_no_lifelike_rig(case):
+    """The flange does not swing back, and the robot pushes on: one trial is enough."""
+    assert not is_caught(case)
+    first, *others = case.trials
+    for held in (replace(first, peak=2.5 * first.peak), replace(case.held_out[0], peak=1e4)):
+        assert is_caught(replace(case, trials=(*others, held)))
 
 
 @pytest.mark.parametrize("name", ["scipy", "mujoco"])

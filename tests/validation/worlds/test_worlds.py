@@ -106,6 +106,19 @@ def test_any_two_effects_act_together(world):
             assert np.abs(response.sensed[: alone.size] - alone).max() > 0.5, names
 
 
+@pytest.mark.parametrize(
+    ("world", "name"), [pytest.param(w, n, id=f"{w.name}-{n}") for w in WORLDS for n in w.causes("beyond")]
+)
+def test_a_foreign_cause_acts_among_all_effects(world, name):
+    hard = Impact(0.4, 100.0)
+    small = [world.draw(one, 1, RIG, 0.02) for one in LIBRARY]
+    with_it = world.respond(RIG, [world.draw(name, 1, RIG, 1.0), *small], hard, TIME).sensed
+    without = world.respond(RIG, small, hard, TIME).sensed
+    assert np.isfinite(with_it).all() and with_it.max() > 100.0
+    n = min(with_it.size, without.size)
+    assert np.abs(with_it[:n] - without[:n]).max() > 5.0
+
+
 @pytest.mark.parametrize("name", ["gravity", "pad_mass", "sensor_scale", "robot_compliance"])
 def test_engines_agree_where_their_forms_are_the_same(name):
     need_module("mujoco", 'pip install ".[worlds]"')

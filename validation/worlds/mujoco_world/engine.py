@@ -25,6 +25,7 @@ class MujocoWorld(AbstractWorld):
         self, rig: Rig, causes: Sequence[Any], impact: Impact, time: Array, after_loss: float = 0.0
     ) -> Response:
         scene = Scene(rig, impact)
+        causes = sorted(causes, key=lambda cause: cause.stage)
         for cause in causes:
             cause.build(scene)
         interval = float(f"{time[-1] - time[-2]:.9g}")

@@ -7,7 +7,7 @@ while the tendon is longer than -s_0 and a deadband below: Eq. (2), contact bein
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -141,6 +141,8 @@ class Scene:
 
 class AbstractSceneCause(AbstractCause):
     """A cause that adds to the scene, to its controls or to what its sensor reads."""
+
+    stage: ClassVar[int] = 0  # bodies of a later stage are nearer the contact
 
     @abstractmethod
     def build(self, scene: Scene) -> None:

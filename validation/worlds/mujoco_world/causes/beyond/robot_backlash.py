@@ -14,6 +14,7 @@ class RobotBacklash(AbstractSceneCause):
     """M u'' + c u' + k min(0, u + gap) = -F_C."""
 
     component: ClassVar[str] = "robot"
+    stage: ClassVar[int] = 1  # a compliant robot, which is heavy, would hold a link behind it in place
 
     mass: float  # kg
     stiffness: float  # N/m
@@ -28,10 +29,10 @@ class RobotBacklash(AbstractSceneCause):
         return cls(mass, stiffness, float(0.1 * np.sqrt(rig.k_c * mass) * size), gap)
 
     def build(self, scene: Scene) -> None:
-        scene.robot, joint = scene.add_body(scene.robot, "link", self.mass)
+        scene.robot, joint = scene.add_body(scene.robot, "loose_link", self.mass)
         scene.robot.gravcomp = 1.0
-        scene.robot_joints.append("link")
+        scene.robot_joints.append("loose_link")
         joint.damping[0] = self.damping
         scene.add_tendon(
-            "drive", {"link": 1.0}, stiffness=[self.stiffness, 0.0, 0.0], springlength=[-self.gap, 0.0]
+            "drive", {"loose_link": 1.0}, stiffness=[self.stiffness, 0.0, 0.0], springlength=[-self.gap, 0.0]
         )
