@@ -219,8 +219,10 @@ def test_labview_text_of_several_measurements(tmp_path):
     (tmp_path / "log.lvm").write_text(text + text[text.index("Channels") :])
     with pytest.raises(InputError, match="holds several measurements; save each in a file of its own"):
         read(open_recording(tmp_path / "log.lvm"))
-    (tmp_path / "log.lvm").write_text("time,force\n0,1\n")
-    with pytest.raises(InputError, match="is no LabVIEW measurement"):
+    (tmp_path / "log.lvm").write_text(text[: text.index("***End")])
+    with pytest.raises(
+        InputError, match=r"has no line \*\*\*End_of_Header\*\*\* with data after it; save it"
+    ):
         open_recording(tmp_path / "log.lvm")
 
 

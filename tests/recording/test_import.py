@@ -118,14 +118,12 @@ def test_a_table_of_dates(tmp_path):
     ]
     rows = [f"{stamp}Z,{row.partition(',')[2]}" for stamp, row in zip(stamps.astype(str), rows, strict=True)]
     path.write_text("\n".join([head, *rows]))
-    assert len(find_impacts(read_session(path, Mapping()), Mapping().contacts, TYPICAL).kept) == len(FEW)
-    path.write_text("\n".join([head, rows[0].replace("Z", "+01:00"), *rows[1:]]))
-    assert "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds" in refused(tmp_path, path)
-    for day in ("", "1.3.2026 ", "3/1/2026 "):
-        path.write_text(
-            "\n".join([head, *(row.replace("2026-03-01T", day).replace("Z", "") for row in rows)])
-        )
-        assert "row 2: time_s is '" in (said := refused(tmp_path, path)) and "as 2026-03-01T10:00:00" in said
+    for day in ("2026-03-01T", "1.3.2026 ", ""):
+        path.write_text("\n".join([head, *(row.replace("2026-03-01T", day) for row in rows)]))
+        assert len(find_impacts(read_session(path, Mapping()), Mapping().contacts, TYPICAL).kept) == len(FEW)
+    path.write_text("\n".join([head, *(row.replace("2026-03-01T", "3/1/2026 ") for row in rows)]))
+    said = refused(tmp_path, path)
+    assert "row 2: time_s is '3/1/2026 10:" in said and "write them as 2026-03-01T10:00:00" in said
 
 
 def test_a_transform_is_that_of_its_frame(tmp_path):

@@ -124,15 +124,19 @@ def test_a_chunk_that_unpacks_to_more_than_it_says(tmp_path: Path) -> None:
         tracemalloc.stop()
 
 
-def test_a_line_without_end(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("begins", "says"),
+    [("", "holds no text"), ("5" * 3_000_000, "is longer than 1,000,000 characters; save it as text")],
+)
+def test_a_line_without_end(begins: str, says: str, tmp_path: Path) -> None:
     """Refused when its first megabyte is read."""
     path = tmp_path / "a.csv"
-    path.write_text("time_s,force\n")
+    path.write_text("time_s,force\n" + begins)
     with path.open("r+b") as file:
         file.truncate(3 << 30)
     tracemalloc.start()
     try:
-        assert "is longer than 1,000,000 characters; save it as text" in refused(path)
+        assert says in refused(path)
         assert tracemalloc.get_traced_memory()[1] < 50_000_000
     finally:
         tracemalloc.stop()

@@ -115,14 +115,147 @@ def test_times_since_1970_tell_their_unit_by_their_size(unit, tmp_path):
     check(read(tmp_path / "log.csv", quoted), begin)
 
 
-def test_dates_in_utc(tmp_path):
-    """With decimal points or commas, with or without a mark of UTC; a row may lack it where it lacks the signal."""
-    dates = [f"{stamp}" for stamp in np.datetime64("2026-03-01T10:00:00", "ns") + TIME]
-    begin = int(np.datetime64("2026-03-01T10:00:00", "ns").astype(int))
-    for form in ("{}", "{}Z", "{}+00:00"):
-        for change in (("T", " "), (".", ",")):
-            lines = rows(";", [form.format(date).replace(*change) for date in dates])
-            check(read(tmp_path / "log.csv", ["Zeitstempel;force;v", ";;0.1", *lines]), begin)
+NOON = int(np.datetime64("2026-03-01T12:00:00", "ns").astype(int))
+DAY = 86_400 * 10**9  # ns
+# how dates are written of which a row may lack one where it lacks the signal, and the time of the first
+DATES = {
+    "ISO 8601": ("{y}-{m}-{d}T{t}", NOON),
+    "a blank": ("{y}-{m}-{d} {t}", NOON),
+    "decimal comma": ("{y}-{m}-{d} {t},", NOON),
+    "Z": ("{y}-{m}-{d}T{t}Z", NOON),
+    "UTC": ("{y}-{m}-{d} {t} UTC", NOON),
+    "zone of none": ("{y}-{m}-{d}T{t}+00:00", NOON),
+    "zone in the east": ("{y}-{m}-{d}T{t}+05:30", NOON - 5 * 3600 * 10**9 - 1800 * 10**9),
+    "zone in the west": ("{y}-{m}-{d} {t}-0330", NOON + 3 * 3600 * 10**9 + 1800 * 10**9),
+    "zone of hours": ("{y}-{m}-{d} {t}+01", NOON - 3600 * 10**9),
+    "slashes, year first": ("{y}/{m}/{d} {t}", NOON),
+    "slashes, of one digit": ("{y}/3/1 {t}", NOON),
+    "dots, year first": ("{y}.{m}.{d} {t}", NOON),
+    "German": ("{d}.{m}.{y} {t}", NOON),
+    "German, of one digit": ("1.3.{y} {t},", NOON),
+    "MATLAB": ("{d}-Mar-{y} {t}", NOON),
+    "half of the day": ("{y}-{m}-{d} {t} PM", NOON),
+    "time of day": ("{t}", NOON % DAY),
+    "time of day, ends with ms": ("{c}", NOON % DAY),
+    "time of day in America": ("{t} p.m.", NOON % DAY),
+    "time of day in the morning": ("{t} am", 0),
+    "minutes and seconds": ("{s}", 0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DATES)
+def test_dates_and_times_of_day(name, tmp_path):
+    """With decimal points or commas; times of day count from midnight."""
+    form, begin = DATES[name]
+    times = []
+    for t in TIME.tolist():
+        fraction = f"{t:09d}"
+        of_day = f"12:00:00.{fraction}"
+        text = form.format(
+            y="2026", m="03", d="01", t=of_day, c=of_day.replace(".", ":"), s=f"00:00.{fraction}"
+        )
+        times.append(text.replace(".", ",").replace(",3,", ".3.").replace("01,03,2026", "01.03.2026")[:-1]
+                     if text.endswith(",") else text)  # fmt: skip
+    lines = rows(";", times)
+    check(read(tmp_path / "log.csv", ["Zeitstempel;force;v", ";;0.1", *lines]), begin)
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    ["3/1/2026 10:00:00", "13/1/2026 10:00:00", "1.3.26 10:00:00", "2026-13-01 10:00:00", "25:00:00", "10:00:00 XM"],
+)  # fmt: skip
+def test_dates_that_may_be_others_are_refused(stamp, tmp_path):
+    lines = rows(times=[stamp] * TIME.size)
+    with pytest.raises(InputError) as refused:
+        read(tmp_path / "log.csv", ["time,force,velocity", "2026-03-01 09:59:59,1,0.1", *lines])
+    assert str(refused.value) == (
+        f"{tmp_path}/log.csv row 3: time is '{stamp}', no date or time of day that means one thing only;"
+        " write them as 2026-03-01T10:00:00.000, give seconds, or state --rate"
+    )
+
+
+def test_times_of_day_pass_midnight(tmp_path):
+    """Also in a signal that is first seen after it, and from one block of lines to the next."""
+    begin = DAY - 10 * STEP
+    clock = [str(np.datetime64(int(t) % DAY, "ns"))[11:] for t in TIME + begin]
+    check(read(tmp_path / "log.csv", ["time,force,velocity", *rows(times=clock)]), begin)
+    late = [row if i > 20 else row[: row.rindex(",") + 1] for i, row in enumerate(rows(times=clock))]
+    series = read(tmp_path / "log.csv", ["time,force,velocity", *late], "velocity")
+    assert np.array_equal(series.time, TIME[21:] + begin)
+    many = np.arange(60_000) * 10**9 + 12 * 3600 * 10**9  # of several blocks
+    lines = [f"{str(np.datetime64(int(t) % DAY, 'ns'))[11:]},1" for t in many]
+    assert np.array_equal(read(tmp_path / "log.csv", ["time,force", *lines]).time, many)
+    back = [*clock[:20], *clock[15:35]]  # a clock that is set back a little is no midnight
+    assert (np.diff(read(tmp_path / "log.csv", ["time,force,v", *rows(times=back)]).time) < 0).sum() == 1
+
+
+MISSING = (
+    "",
+    "NaN",
+    "nan",
+    "N/A",
+    "#N/A",
+    "#NV",
+    "#WERT!",
+    "#DIV/0!",
+    "-",
+    "---",
+    "null",
+    "None",
+    "-1.#IND",
+    "1.#QNAN",
+)
+
+
+@pytest.mark.parametrize("word", MISSING)
+def test_words_for_no_value_are_no_samples(word, tmp_path):
+    """Wherever they stand: such a row is no comment, so it counts where a rate is stated."""
+    lines = [
+        "force,time,velocity",
+        *(f"{f!r},{t},0.1" for t, f in zip(seconds(), FORCE.tolist(), strict=True)),
+    ]
+    for place in (1, 4):
+        blank = [*lines]
+        blank[place] = f"{word},{lines[place].split(',', 1)[1]}"
+        series = read(tmp_path / "log.csv", blank)
+        assert np.array_equal(series.time, np.delete(TIME, place - 1))
+        assert np.array_equal(series.value, np.delete(FORCE, place - 1))
+        by_rate = read(tmp_path / "log.csv", blank, sample_rate_hz=4000)
+        assert np.array_equal(by_rate.time, series.time)
+
+
+@pytest.mark.parametrize("word", ["OVERLOAD", "1.#INF", "n", "#5"])
+def test_other_words_are_no_numbers(word, tmp_path):
+    lines = ["time,force,velocity", *rows()]
+    lines[5] = f"0.001,{word},0.1"
+    with pytest.raises(InputError, match=rf"row 6: force is '{word}', not a number; correct the cell"):
+        read(tmp_path / "log.csv", lines)
+
+
+@pytest.mark.parametrize(
+    "name", ["log.dat", "log.asc", "log.prn", "LOG.CSV", "log.log", "log.lvm", "log.dat.gz"]
+)
+def test_names_of_texts(name, tmp_path):
+    content = "\n".join(["time force velocity", *rows(" ")]).encode()
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(content) if name.endswith("gz") else content)
+    check(open_recording(path).read({"force": Source(name="force")}, lambda *_: None)["force"])
+
+
+@pytest.mark.parametrize("name", ["log.dat", "log.csv", "log.lvm"])
+def test_what_is_no_text_is_refused(name, tmp_path):
+    path = tmp_path / name
+    np.savez(tmp_path / "a.npz", time=TIME, force=FORCE)
+    path.write_bytes((tmp_path / "a.npz").read_bytes())
+    with pytest.raises(
+        InputError, match=r"holds no text; name it by its kind, such as \.mat or \.npz, or save it as"
+    ):
+        open_recording(path)
+    path.write_bytes("\n".join(["time,force,v", *rows()[:9]]).encode() + b"\n" + bytes(4096))
+    with pytest.raises(
+        InputError, match="row 11: holds no text, as after a loss of power; cut the file off there"
+    ):
+        open_recording(path)
 
 
 def stamped(head: str, row: str) -> list[str]:
@@ -201,9 +334,15 @@ HEADERS = {
     "lines before, of as many cells": ["Device;amplifier;1a", "time;force;v", "s;N;m/s", *rows(";")],
     "numpy.savetxt": ["# time,force,velocity", *rows()],
     "numpy.savetxt, words apart by blanks": ["# time force velocity", *rows()],
+    "stars": ["* time,force,velocity", *rows()],
+    "stars before, and blanks": ["*** made by hand", "* time [s]  force  speed [m/s]", *rows("  ")],
+    "signs of a comment and blanks": ["% time force velocity", *rows("\t")],
+    "another separator than the rows": ["time;force;velocity", *rows()],
     "a comment before": ["# a, b, c", "time,force,velocity", *rows()],
     "a row of units": ["time,force,velocity", "s,N,m/s", *rows()],
     "units in brackets": ["time;force;velocity", "[s];[N];[m/s]", *rows(";", comma=True)],
+    "units above the names": ["s,N,m/s", "time,force,velocity", *rows()],
+    "units in ms above the names": ["ms;N;m/s", "time;force;v", *rows(";", [t / 1e6 for t in TIME.tolist()])],
     "units in ms": ["time,force,velocity", "ms,N,m/s", *rows(times=[t / 1e6 for t in TIME.tolist()])],
     "channels and units": ["time;force;v", "clock;MX840 1;MX840 2", "s;N;m/s", *rows(";")],
     "units and channels": ["time;force;v", "s;N;m/s", "clock;MX840 1;MX840 2", *rows(";")],
@@ -225,7 +364,7 @@ def test_separator_and_header_agree_with_the_numbers(name, tmp_path):
              "names that are numbers": "1"}.get(name, "force")  # fmt: skip
     series = read(tmp_path / "log.txt", lines, force)
     check(series)
-    has_units = any(line.strip("[").startswith(("s,", "s;", "s]", "s\t", "ms,")) for line in lines)
+    has_units = any(line.strip("[").startswith(("s,", "s;", "s]", "s\t", "ms,", "ms;")) for line in lines)
     assert ("is taken for a row of units: " in " ".join(series.notes)) == has_units
 
 
@@ -239,9 +378,23 @@ def test_a_table_without_a_header_is_listed_by_number(tmp_path):
 
 def test_a_header_of_another_length_is_named(tmp_path):
     with pytest.raises(
-        InputError, match="row 2: has 3 cells, not 4 as the header; quote what holds a separator"
+        InputError, match="row 2 and others: has 3 cells, not 4 as the header; quote what holds a separator"
     ):
         read(tmp_path / "log.csv", ["time,force, z,velocity", *rows()])
+
+
+def test_rows_of_another_length_are_told_together(tmp_path):
+    lines = ["time,force,velocity", *rows()]
+    for i in (4, 9, 11):
+        lines[i] += ",5"
+    lines[20] = lines[20][: lines[20].rindex(",")]
+    with pytest.raises(InputError) as refused:
+        read(tmp_path / "log.csv", lines)
+    said = "quote what holds a separator, or correct the row: the file may be cut off"
+    assert refused.value.faults == [
+        f"{tmp_path}/log.csv row 5 and others: has 4 cells, not 3 as the header; {said}",
+        f"{tmp_path}/log.csv row 21: has 2 cells, not 3 as the header; {said}",
+    ]
 
 
 def test_columns_called_the_same_are_told_apart(tmp_path):
@@ -251,7 +404,7 @@ def test_columns_called_the_same_are_told_apart(tmp_path):
         read(tmp_path / "log.csv", lines, "force")
 
 
-ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252")
+ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-32", "utf-16-le", "utf-16-be", "cp1252")
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)

@@ -1,7 +1,6 @@
 """Cells of text to numbers: lines of nothing but numbers in blocks, all others cell by cell."""
 
 import csv
-import re
 from collections.abc import Iterator, Sequence
 from operator import methodcaller
 from pathlib import Path
@@ -14,12 +13,10 @@ from acf_jax.recording.readers._guard import border
 from acf_jax.recording.readers._layout import Layout
 from acf_jax.recording.readers._table import Chunk
 from acf_jax.recording.readers._text import REMEDY, Text
+from acf_jax.recording.readers._values import STAMP_REMEDY, is_error, is_missing, is_stamp, stamps
 from acf_jax.recording.series import Progress
 
 SHOWN = 8  # faults shown
-_DAY = re.compile(r"\s*\d{4}-\d\d-\d\d")
-_ANY_DATE = re.compile(r"\s*(\d{1,4}[:/-]\d|\d{1,2}\.\d{1,2}\.\d{4}\b)")  # 10:00:01, 3/1/2026, 1.3.2026
-_DATE = re.compile(r"(\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?|NaT)(?:Z|[+-]00:?00)?")
 _HELD = 4  # blocks in which a quotation mark may stay open
 _EXACT = 2.0**53  # whole numbers beyond are not exact as floats
 
@@ -117,7 +114,7 @@ def _by_cell(
     lines: Sequence[str],
 ) -> Chunk:
     """The wanted columns of lines, before which `before` lines stand; blank rows and cells and comments are allowed."""
-    faults: list[str] = []
+    odd: dict[str, list[int]] = {}
     cells, numbers = [], []
     is_blank = layout.separator == " "
     whole = (
@@ -126,15 +123,19 @@ def _by_cell(
     rows = csv.reader(whole, delimiter=layout.separator, skipinitialspace=is_blank, strict=True)
     with border(path, (csv.Error,), REMEDY):
         for row in rows:
-            if not "".join(row).strip() or row[0].lstrip().startswith("#"):
+            if not "".join(row).strip() or _is_comment(row[0]):
                 continue
             if len(row) < count or (not layout.remarks and any(cell.strip() for cell in row[count:])):
                 what = f"has {len(row)} cells, not {count} as the header"
-                remedy = "quote what holds a separator, or correct the row: the file may be cut off"
-                faults.append(f"{path} row {before + rows.line_num}: {what}; {remedy}")
-                row += [""] * count
+                odd.setdefault(what, []).append(before + rows.line_num)
+                continue
             cells.append([row[place] for place in places])
             numbers.append(before + rows.line_num)
+    remedy = "quote what holds a separator, or correct the row: the file may be cut off"
+    faults = [
+        f"{path} row {place[0]}{' and others' if len(place) > 1 else ''}: {what}; {remedy}"
+        for what, place in odd.items()
+    ]
     columns = zip(*cells, strict=True) if cells else [()] * len(wanted)
     return _columns(path, wanted, numbers, list(columns), faults)
 
@@ -153,13 +154,13 @@ def _columns(
         try:
             result[name] = _values([cell.replace(",", ".") for cell in column])
         except ValueError:
-            if _ANY_DATE.match(_first(column)):
-                what = f"{name} is {shown(_first(column))}, and not all dates are understood"
-                remedy = "give all of them in UTC as 2026-03-01T10:00:00.000, or as seconds, or state --rate"
-                faults.append(f"{path} row {numbers[0]}: {what}; {remedy}")
+            if is_stamp(_first(column)):
+                i = next(i for i, cell in enumerate(column) if not _is_stamp_of_one_meaning(cell))
+                what = f"{name} is {shown(column[i])}, no date or time of day that means one thing only"
+                faults.append(f"{path} row {numbers[i]}: {what}; {STAMP_REMEDY}")
                 continue
             for i, cell in enumerate(column):
-                if cell.strip() and not _is_float(cell):
+                if not is_missing(cell) and not _is_float(cell):
                     wrong.setdefault(i, []).append(f"{name} is {shown(cell)}")
     for i, found in sorted(wrong.items())[:SHOWN]:
         remedy = "remove the row if it names units" if len(found) == len(wanted) > 1 else "correct the cell"
@@ -170,19 +171,28 @@ def _columns(
 
 
 def _values(cells: Sequence[str]) -> NDArray[np.generic]:
-    """Numbers, or dates (ISO 8601, UTC) where the first cell is one; `ValueError` where a cell is neither."""
-    if _DAY.match(_first(cells)):
-        dates = [_DATE.fullmatch(cell.strip() or "NaT") for cell in cells]
-        if not all(dates):
-            raise ValueError("no date in UTC")
-        return np.array([date[1] for date in dates if date], "datetime64[ns]")
-    values = np.array([float(cell.strip() or "nan") for cell in cells])
+    """Numbers, or dates where the first cell is one; `ValueError` where a cell is neither."""
+    if is_stamp(_first(cells)):
+        return stamps(cells)
+    values = np.array([float("nan" if is_missing(cell) else cell) for cell in cells])
     return _whole(cells, values) if (np.abs(values) >= _EXACT).any() else values
 
 
 def _first(cells: Sequence[str]) -> str:
     """The first cell that is filled."""
-    return next((cell for cell in cells if cell.strip()), "")
+    return next((cell for cell in cells if not is_missing(cell)), "")
+
+
+def _is_comment(cell: str) -> bool:
+    return cell.lstrip().startswith("#") and not is_error(cell)
+
+
+def _is_stamp_of_one_meaning(cell: str) -> bool:
+    try:
+        stamps([cell])
+    except ValueError:
+        return False
+    return True
 
 
 def _is_float(cell: str) -> bool:

@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from acf_jax.errors import InputError, shown
-from acf_jax.recording.readers._words import is_time, is_unit
+from acf_jax.recording.readers._values import is_missing, is_number
+from acf_jax.recording.readers._words import is_signal, is_time, is_unit
 
 SEPARATORS = ("\t", ";", ",", "|", " ")  # a blank stands for any white space
 LOOKED_AT = 500  # lines or rows, of which those before the header are a part
 _ENOUGH = 10  # rows of numbers after which a line is the header, whatever follows
-# 10:00:01, 3/1/2026, 1.3.2026
-_DATE = re.compile(r"(\d{1,4}[:/-]\d|\d{1,2}\.\d{1,2}\.\d{4}\b)[\d:/., TZ+-]*")
-_MARK = re.compile(r"\s*(#+|%+|//+|!+)\s*")  # of comments, also before a header
+_MARK = re.compile(r"\s*(#+|%+|//+|!+|\*+)\s*")  # of comments, also before a header
 # Cells with blanks in them: two or more blanks apart, or a name and its unit.
 _WIDE = re.compile(r"\t+| {2,}")
 _NAME_AND_UNIT = re.compile(r"\S+(?:\s+[\[(][^\])]*[\])])?")
@@ -28,7 +27,7 @@ class Header(NamedTuple):
 
     names: list[str]  # none where no row names the columns
     row: int  # of the names
-    units: int | None  # the row of units, or another between the names and the numbers
+    units: int | None  # the row of units, or another below the names
     first: int  # row after the header
     cells: int  # of a row of numbers
     score: int  # cells that are numbers, less those that are not, in rows of numbers
@@ -59,15 +58,6 @@ class Layout:
             return None
         called = f"'column 1' to 'column {self.cells}'"
         return f"{path}: begins with numbers; its first line must name the columns, which are {called} now"
-
-
-def is_number(cell: str) -> bool:
-    """Whether a cell holds a number, with a decimal point or comma, or a date or time of day."""
-    try:
-        float(cell.replace(",", "."))
-    except ValueError:
-        return _DATE.fullmatch(cell.strip()) is not None
-    return True
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -124,16 +114,16 @@ def find_header(
     if not weights[cells]:
         return None
     alike = [i for i, count in plain.items() if count and len(rows[i]) == cells]
-    filled = [[rows[i][j] for i in alike if rows[i][j]] for j in range(cells)]
+    filled = [[rows[i][j] for i in alike if not is_missing(rows[i][j])] for j in range(cells)]
     numeric = [j for j in range(cells) if 2 * sum(map(is_number, filled[j])) > len(filled[j])]
     low = max(j + 1 for j in range(cells) if filled[j])  # a separator may end each row
 
     def is_words(row: Sequence[str]) -> bool:
-        there = [row[j] for j in numeric if j < len(row) and row[j]]
+        there = [row[j] for j in numeric if j < len(row) and not is_missing(row[j])]
         return 2 * sum(map(is_number, there)) < len(there)
 
     numbers = [i for i in alike if not is_words(rows[i])]
-    score = sum(1 if is_number(cell) else -1 for i in numbers for cell in rows[i] if cell)
+    score = sum(1 if is_number(cell) else -1 for i in numbers for cell in rows[i] if not is_missing(cell))
     begin = numbers[0] if numbers else len(rows)
     # a comment below the first numbers is no header
     places = [i for i in range(len(rows)) if i < begin or i not in marked]
@@ -145,9 +135,17 @@ def find_header(
         return Header([], 0, None, begin, cells, score) if numbers else None
     group = _followed(_groups(heads, rows, marked), numbers)
     group = [i for i in group if i not in marked] or group
-    top = next((i for i in group if any(map(is_time, heads[i]))), group[0])
+
+    def telling(i: int) -> tuple[bool, bool, bool, int]:
+        """How much row i tells of the columns: least is a row of units, then one that is separated otherwise."""
+        known = sum(is_time(cell) or is_signal(cell) for cell in heads[i])
+        is_of_units = not known and any(is_unit(cell) for cell in heads[i])
+        return known > 0, not is_of_units, heads[i][-1:] == trimmed(rows[i])[-1:], known
+
+    top = max(group, key=telling)  # the first of them
     below = [i for i in group if i > top]
-    units = next((i for i in below if any(is_unit(cell) for cell in heads[i])), below[0] if below else None)
+    of_units = (i for i in group if i != top and any(is_unit(cell) for cell in heads[i]))
+    units = next(of_units, below[0] if below else None)
     return Header(heads[top], top, units, group[-1] + 1, cells, score)
 
 
@@ -175,7 +173,7 @@ def _followed(groups: list[list[int]], numbers: Sequence[int]) -> list[int]:
 
 
 def _named(lines: Sequence[str], separator: str, i: int, low: int, high: int) -> list[str] | None:
-    """The names in a line, low to high in number: separated as the rows are, or otherwise where one is a time."""
+    """The names in a line, low to high in number: separated as the rows are, or otherwise where they tell signals."""
     line = lines[i]
     mark = _MARK.match(line)
     bare = line[mark.end() :] if mark else line
@@ -185,7 +183,8 @@ def _named(lines: Sequence[str], separator: str, i: int, low: int, high: int) ->
         others = [trimmed(split(text, other)) for other in SEPARATORS if other != separator]
         others += [_WIDE.split(text.strip()), _NAME_AND_UNIT.findall(text)]
         for cells in others:
-            if low <= len(cells) <= high and len(cells) > 1 and any(map(is_time, cells)):
+            tells = any(map(is_time, cells)) or sum(map(is_signal, cells)) > 1
+            if low <= len(cells) <= high and len(cells) > 1 and tells:
                 return cells
     return None
 

@@ -14,7 +14,7 @@ from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.recording.mapping import Mapping as Stated
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers._guard import some
-from acf_jax.recording.readers._times import Clock, Stamps, Step, find_clocks, nanoseconds, usual_scale
+from acf_jax.recording.readers._times import Clock, Days, Stamps, Step, find_clocks, nanoseconds, usual_scale
 from acf_jax.recording.readers._words import (
     NUMBERED,
     groups,
@@ -144,7 +144,7 @@ class Table:
     ) -> None:
         """Add the rows of the columns `names` to `grown`, by its keys."""
         columns = () if isinstance(clock, _Regular) else clock
-        row = 0
+        row, days = 0, Days()
         for chunk in self.chunks(list(dict.fromkeys([*columns, *names.values()])), progress):
             if isinstance(clock, _Regular):
                 size = len(next(iter(chunk.values())))
@@ -152,6 +152,8 @@ class Table:
                 row += size
             else:
                 stamps, known = self._stamps(columns, chunk)
+                if chunk[columns[0]].dtype.kind == "M":
+                    stamps[known] = days.since_first(stamps[known])
             for key, name in names.items():
                 value = self._numbers(chunk[name], name)
                 there = ~np.isnan(value)

@@ -3,6 +3,7 @@
 import codecs
 import gzip
 import io
+import re
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,20 +15,33 @@ from acf_jax.recording.readers._guard import border
 
 BLOCK = 1 << 19  # characters read at once
 LONGEST = 1_000_000  # characters of a line
+SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".log", ".lvm")
 FAULTS = (OSError, EOFError, zlib.error)
 REMEDY = "save it as text with separated cells"
 _HEAD = 1 << 18  # bytes by which the encoding is known
 _PADDING = 1 << 16  # zeros that may follow a packed file, as from a tape or a flash disk
-_MARKS = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16", codecs.BOM_UTF8: "utf-8-sig"}
+_MARKS = {  # that of UTF-32 begins as that of UTF-16
+    codecs.BOM_UTF32_LE: "utf-32", codecs.BOM_UTF32_BE: "utf-32",
+    codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16", codecs.BOM_UTF8: "utf-8-sig",
+}  # fmt: skip
+_CONTROL = re.compile(r"[\0-\x08\x0e-\x1f]")
+_BINARY = 0.01  # share of control characters that no text has, though damage may bring a few
+
+
+def is_called_text(path: Path) -> bool:
+    """Whether the name of a file is that of a text, packed or not."""
+    return path.name.lower().removesuffix(".gz").endswith(SUFFIXES)
 
 
 class Text:
-    """The lines of a text file."""
+    """The lines of a text file; `InputError` where it holds something else."""
 
     def __init__(self, path: Path):
         self.path = path
         with border(path, FAULTS, REMEDY), self._bytes() as file:
-            self.encoding = _encoding(file.read(_HEAD))
+            head = file.read(_HEAD)
+        self.encoding = _encoding(head)
+        _check_text(path, head.decode(self.encoding, "replace"))
 
     @property
     def notes(self) -> list[str]:
@@ -71,6 +85,17 @@ class Text:
             if not any(end := file.read(_PADDING)) and len(end) == _PADDING:  # gzip skips zeros one by one
                 raise InputError(f"{self.path}: ends in zeros; save it again")
         return cast(BinaryIO, gzip.open(self.path))
+
+
+def _check_text(path: Path, start: str) -> None:
+    controls = [found.start() for found in _CONTROL.finditer(start)]
+    if len(controls) <= _BINARY * len(start):
+        return
+    if line := start.count("\n", 0, controls[0]):
+        raise InputError(
+            f"{path} row {line + 1}: holds no text, as after a loss of power; cut the file off there"
+        )
+    raise InputError(f"{path}: holds no text; name it by its kind, such as .mat or .npz, or {REMEDY}")
 
 
 def _check_lines(path: Path, lines: list[str]) -> None:

@@ -1,6 +1,7 @@
 """Times of the rows of a table: from its columns, whose names or else values tell them, or from a sampling interval."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ _BEYOND = (
 _LATEST = 4.1e9  # s since 1970: the year 2099
 _SEARCHED = 200  # columns, of each of which the beginning is read
 _FEW = 3  # rows that show nothing
+_DAY = 86_400 * 10**9  # ns
 _TICK = 10**9  # ns: a column of whole numbers that counts rows rises by this, were it a time in seconds
 
 
@@ -61,6 +63,22 @@ def nanoseconds(values: NDArray[np.generic], scale: float, where: str) -> Stamps
     # whole units apart: they are exact as integers where their ns, as floats, are not
     whole = numbers.astype(np.int64)
     return whole * factor + np.rint((numbers - whole) * factor).astype(np.int64), known
+
+
+@dataclass
+class Days:
+    """How often the times of day of a table have passed midnight: a clock is never set back by half a day."""
+
+    past: int = 0
+    last: int = 0  # time of day, ns
+
+    def since_first(self, time: Nanoseconds) -> Nanoseconds:
+        """The next times, ns since the midnight before the first of all; dates stay."""
+        if not time.size or not ((time >= 0) & (time < _DAY)).all():
+            return time
+        past = self.past + np.cumsum(np.diff(time, prepend=self.last) < -_DAY // 2)
+        self.past, self.last = int(past[-1]), int(time[-1])
+        return time + past * _DAY
 
 
 def find_clocks(

@@ -64,6 +64,11 @@ def is_called(name: str, role: str) -> bool:
     return _ROLE[role].search(fold(name)) is not None
 
 
+def is_signal(name: str) -> bool:
+    """Whether a name holds a word for one of these."""
+    return any(is_called(name, role) for role in _ROLES)
+
+
 def _apart(name: str) -> str:
     """Folded, timeMs as time ms, without the number that tells apart columns of one name."""
     return fold(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", NUMBERED.sub("", name.strip())))

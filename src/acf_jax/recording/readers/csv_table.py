@@ -8,17 +8,15 @@ from acf_jax.recording.readers import lvm
 from acf_jax.recording.readers._cells import chunks
 from acf_jax.recording.readers._layout import find_layout
 from acf_jax.recording.readers._table import Chunk, Table, unique
-from acf_jax.recording.readers._text import Text
+from acf_jax.recording.readers._text import Text, is_called_text
 from acf_jax.recording.series import Channel, Progress
 
-KIND = "a text table (.csv, .tsv, .txt, also .gz)"
-SUFFIXES = (".csv", ".tsv", ".txt")
+KIND = "a text table (.csv, .tsv, .txt, .dat, .asc, .prn, .log, also .gz)"
 
 
 def recognises(path: Path) -> bool:
-    """A file of one of the suffixes that LabVIEW has not written."""
-    named = path.name.lower().removesuffix(".gz").endswith(SUFFIXES)
-    return named and path.is_file() and not lvm.is_labview(path)
+    """A text that LabVIEW has not written."""
+    return is_called_text(path) and path.is_file() and not lvm.recognises(path)
 
 
 def open_recording(path: Path, stated: Mapping) -> Table:

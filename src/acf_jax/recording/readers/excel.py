@@ -21,6 +21,7 @@ from acf_jax.recording.readers._bounds import check_rows, check_unpacked
 from acf_jax.recording.readers._guard import Faults, border, need, within
 from acf_jax.recording.readers._layout import LOOKED_AT, find_header, trimmed
 from acf_jax.recording.readers._table import Chunk, Table, unique
+from acf_jax.recording.readers._values import is_missing, is_stamp, stamps
 from acf_jax.recording.series import Channel, Progress
 
 KIND = "an Excel file (.xlsx, .xlsm)"
@@ -139,18 +140,25 @@ def _named(rows: Sequence[list[str]], i: int, low: int, high: int) -> list[str] 
 
 
 def _values(cells: Sequence[Any], where: str) -> NDArray[np.generic]:
-    """Numbers, NaN for empty cells; dates where the first filled cell is one, a time of day in seconds."""
-    first = next((cell for cell in cells if cell is not None), None)
+    """Numbers, NaN for empty cells; dates where the first filled cell is one, or times of day."""
+    first = next((cell for cell in cells if not _is_missing(cell)), None)
     if isinstance(first, datetime):
         return np.array([cell if isinstance(cell, datetime) else None for cell in cells], "datetime64[us]")
+    is_of_day = first is not None and all(isinstance(cell, time) for cell in cells if not _is_missing(cell))
     try:
+        if is_of_day or (isinstance(first, str) and is_stamp(first)):
+            return stamps(["" if cell is None else str(cell) for cell in cells])
         return np.array([_number(cell) for cell in cells])
     except (ValueError, TypeError):
         raise InputError(f"{where}: holds no numbers; name another column, or correct its cells") from None
 
 
+def _is_missing(cell: Any) -> bool:
+    return cell is None or (isinstance(cell, str) and is_missing(cell))
+
+
 def _number(cell: Any) -> float:
-    if cell is None or cell == "":
+    if _is_missing(cell):
         return float("nan")
     if isinstance(cell, time):
         return cell.hour * 3600.0 + cell.minute * 60.0 + cell.second + 1e-6 * cell.microsecond

@@ -8,24 +8,18 @@ from acf_jax.recording.mapping import Mapping
 from acf_jax.recording.readers._cells import chunks
 from acf_jax.recording.readers._layout import Layout
 from acf_jax.recording.readers._table import Chunk, Table, unique
-from acf_jax.recording.readers._text import Text
+from acf_jax.recording.readers._text import Text, is_called_text
 from acf_jax.recording.readers._times import Step
 from acf_jax.recording.series import Channel, Progress
 
 KIND = "a LabVIEW measurement (.lvm, also .gz and renamed)"
-SUFFIXES = (".lvm", ".txt", ".csv", ".tsv")
 _BEGIN, _END, _TIME = "LabVIEW Measurement", "***End_of_Header***", "X_Value"
 _REMEDY = "save it again from LabVIEW, or as a table with a header"
 
 
 def recognises(path: Path) -> bool:
-    """A file that LabVIEW has written, or is called so."""
-    return (path.name.lower().removesuffix(".gz").endswith(".lvm") and path.is_file()) or is_labview(path)
-
-
-def is_labview(path: Path) -> bool:
-    """Whether a text file begins as LabVIEW's do, whatever its name."""
-    if not (path.name.lower().removesuffix(".gz").endswith(SUFFIXES) and path.is_file()):
+    """A text that begins as LabVIEW's do, whatever its name; one without headers is a table."""
+    if not (is_called_text(path) and path.is_file()):
         return False
     try:
         return Text(path).head()[0].startswith(_BEGIN)
@@ -51,18 +45,17 @@ def open_recording(path: Path, stated: Mapping) -> Table:
     text = _Measurement(path)
     lines = text.head()
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)]
-    if not lines[0].startswith(_BEGIN) or not ends or len(lines) <= ends[-1] + 1:
-        raise InputError(
-            f"{path}: is no LabVIEW measurement, which has a line {_END} before its data; {_REMEDY}"
-        )
+    place = next((i for i in range(ends[-1] + 1, len(lines)) if lines[i].strip()), None) if ends else None
+    if place is None:
+        raise InputError(f"{path}: has no line {_END} with data after it; {_REMEDY}")
     separator = (
-        "," if _values(lines, "Separator", "\t")[:1] == ["Comma"] or "\t" not in lines[ends[-1] + 1] else "\t"
+        "," if _values(lines, "Separator", "\t")[:1] == ["Comma"] or "\t" not in lines[place] else "\t"
     )
-    header = [cell.strip() for cell in lines[ends[-1] + 1].rstrip(separator).split(separator)]
+    header = [cell.strip() for cell in lines[place].rstrip(separator).split(separator)]
     if header[-1] == "Comment":  # rows need not have it
         header.pop()
     names = unique(header)
-    skip = ends[-1] + 2
+    skip = place + 1
     rows = [line.split(separator) for line in lines[skip : skip + 2]]
     # a remark stands in the first row, if anywhere
     layout = Layout(separator, names, skip, len(rows[-1]) if rows else 0, remarks=True)
