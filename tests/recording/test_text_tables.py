@@ -437,6 +437,31 @@ def test_a_rate_takes_the_place_of_times(tmp_path):
     check(read(path, [line.replace(".", ",") for line in alone], "Fz", sample_rate_hz=4000))
 
 
+def test_names_in_another_code_page_are_told(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes("\n".join(["시간,힘,속도,예압", *(f"{row},40" for row in rows())]).encode("cp949"))
+    with pytest.raises(InputError, match="is not UTF-8, and names may be misread; save it as UTF-8"):
+        choose([Opened(path, open_recording(path), True)], Mapping())
+
+
+def test_a_quotation_mark_that_is_not_closed(tmp_path):
+    lines = ["time,force,velocity", *rows()]
+    lines[6] = lines[6].replace(",", ',"', 1)
+    with pytest.raises(
+        InputError, match="row 7: its quotation marks do not go in pairs around cells; add or remove"
+    ):
+        read(tmp_path / "log.csv", lines)
+
+
+def test_a_date_apart_from_its_time(tmp_path):
+    clock = [str(np.datetime64(NOON + int(t), "ns")).replace("T", " ") for t in TIME]
+    check(read(tmp_path / "log.txt", ["date time force velocity", *rows(" ", clock)]), NOON % DAY)
+    with pytest.raises(InputError, match="row 2 and others: has 4 cells, not 3 as the header"):
+        read(tmp_path / "log.txt", ["time force velocity", *rows(" ", clock)])
+    us = [f"3/1/2026,{text[11:]}" for text in clock]  # a date that is not needed may be of any form
+    check(read(tmp_path / "log.csv", ["Date,Time,force,velocity", *rows(",", us)]), NOON % DAY)
+
+
 def run(*arguments: object) -> str:
     done = CliRunner().invoke(commands, ["import", *map(str, arguments)])
     return done.output if done.exit_code == 0 else str(done.exception)
@@ -462,6 +487,12 @@ def test_the_words_of_other_languages_name_signals(tmp_path):
         "Temps (s);Force (N);Vitesse (m/s);Précharge (N)",
         "Tiempo;Fuerza;Velocidad;Precarga",
         "时间;力;速度;预紧力",
+        "Czas [s];Siła [N];Prędkość [m/s];Napięcie wstępne [N]",
+        "Tempo;Força;Velocidade;Pré-carga",
+        "Zaman;Kuvvet;Hız;Ön yük",
+        "Čas;Síla;Rychlost;Předpětí",
+        "Idő;Erő;Sebesség;Előfeszítés",
+        "time;load cell;speed;pre-load [N]",
     ):
         path.write_text("\n".join([head, *(f"{row};40" for row in rows(";"))]))
         chosen = choose([Opened(path, open_recording(path), True)], Mapping())

@@ -47,7 +47,7 @@ def noise_warnings(dataset: GapDataset, noise: Noise, approach: Noise | None, st
         warnings.append(f"{what}; {outcome}")
     if traced and not any(approach_samples(trace).time.size >= 5 for trace in traced):
         warnings.append(
-            "no trace has samples before contact; noise and sensor offset cannot be checked:"
+            "the traces have too few samples before contact to check noise and sensor offset:"
             " record at least 20 samples before contact"
         )
     if noise.source == "assumed":

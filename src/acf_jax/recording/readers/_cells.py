@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acf_jax.errors import InputError, shown
-from acf_jax.recording.readers._guard import border
 from acf_jax.recording.readers._layout import Layout
 from acf_jax.recording.readers._table import Chunk
-from acf_jax.recording.readers._text import REMEDY, Text
+from acf_jax.recording.readers._text import Text
 from acf_jax.recording.readers._values import STAMP_REMEDY, is_error, is_missing, is_stamp, stamps
 from acf_jax.recording.series import Progress
 
@@ -121,7 +120,7 @@ def _by_cell(
         (line.replace("\t", " ") + "\n" for line in lines) if is_blank else (line + "\n" for line in lines)
     )
     rows = csv.reader(whole, delimiter=layout.separator, skipinitialspace=is_blank, strict=True)
-    with border(path, (csv.Error,), REMEDY):
+    try:
         for row in rows:
             if not "".join(row).strip() or _is_comment(row[0]):
                 continue
@@ -131,6 +130,10 @@ def _by_cell(
                 continue
             cells.append([row[place] for place in places])
             numbers.append(before + rows.line_num)
+    except csv.Error:
+        first = (numbers[-1] if numbers else before) + 1
+        what = "its quotation marks do not go in pairs around cells"
+        raise InputError(f"{path} row {first}: {what}; add or remove one there or below") from None
     remedy = "quote what holds a separator, or correct the row: the file may be cut off"
     faults = [
         f"{path} row {place[0]}{' and others' if len(place) > 1 else ''}: {what}; {remedy}"

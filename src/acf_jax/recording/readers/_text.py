@@ -48,6 +48,13 @@ class Text:
         """What a user should know of the encoding."""
         return [f"{self.path}: is not UTF-8; read as Windows-1252"] if self.encoding == "cp1252" else []
 
+    @property
+    def fault(self) -> str | None:
+        """What has to be known where a column is not found: its name may be spelt otherwise."""
+        return (
+            f"{self.path}: is not UTF-8, and names may be misread; save it as UTF-8" if self.notes else None
+        )
+
     def blocks(self) -> Iterator[str]:
         """The text in blocks of whole lines, ends of lines as \\n and none at the end.
 

@@ -17,11 +17,9 @@ _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct",
 _MONTH = "|".join(_MONTHS)
 _HALF = r"[ap]\.?m\.?"
 # What is meant for a date or a time of day, whether or not it is understood.
-_LIKE = re.compile(
-    rf"(?:\d{{1,4}}[:/-]\d|\d{{1,4}}\.\d{{1,2}}\.\d|\d{{1,2}}[- ](?:{_MONTH})[- ]\d)"
-    rf"(?:[\d:/., +-]|t|z|utc|gmt|{_HALF})*",
-    re.IGNORECASE,
-)
+_DAY = rf"\d{{1,4}}[-/.]\d{{1,2}}[-/.]\d{{1,4}}|\d{{1,2}}[- ](?:{_MONTH})[- ]\d{{2,4}}"
+_CLOCK = rf"\d{{1,2}}:\d\d(?:[:.,]\d+){{0,2}}\s*(?:{_HALF})?\s*(?:z|utc|gmt|[+-]\d\d:?\d{{0,2}})?"
+_LIKE = re.compile(rf"(?:{_DAY})(?:(?:t|[ ,]\s*){_CLOCK})?|{_CLOCK}", re.IGNORECASE)
 # What means one thing only. 3/1/2026 does not: it is in March, or in January.
 _STAMP = re.compile(
     r"(?:(?:(?P<year>\d{4})([-/.])(?P<month>\d\d?)\2(?P<day>\d\d?)"

@@ -13,12 +13,15 @@ _PARTS = r"times?|(?:time)?stamps?|zeit(?:en)?|tijd|时间|時間|时刻|時刻|
 
 # Of a role: words, of which a name holds one.
 _ROLES = {
-    "force": """force fz f_z load  kraft  fuerza  forza  forca  kracht  kraften  voima  sila  siła  сила  力 힘""",
-    "velocity": """velocity speed  geschwindigkeit  vitesse  velocidad velocita velocidade  snelheid  hastighet  nopeus
-        prędkość rychlost  скорость  速度 속도""",
-    "position": """position  posicion posizione posicao  positie  pozycja  позиция положение  位置 위치""",
-    "pretension": """pretension preload  vorspannung vorspannkraft vorlast  precharge precontrainte  precarga
-        precarico  voorspanning  forspanning  예압  预紧力 予圧""",
+    "force": """force fz f_z load  kraft  fuerza  forza  forca forta  kracht  kraften  voima  sila  siła  kuvvet  erő
+        сила  δύναμη  力 힘""",
+    "velocity": """velocity speed  geschwindigkeit  vitesse viteza  velocidad velocita velocidade  snelheid  hastighet
+        hastighed  nopeus  prędkość rychlost brzina  sebesség  hız  скорость  ταχύτητα  速度 속도""",
+    "position": """position  posicion posizione posicao pozitie  positie  pozycja poloha  pozíció  konum
+        позиция положение  θέση  位置 위치""",
+    "pretension": """pretension preload  vorspannung vorspannkraft vorlast  precharge precontrainte  precarga pretensado
+        precarico  voorspanning  forspanning forspænding  esijännitys  wstępne wstępny  předpětí  predpätie  előfeszítés
+        önyük öngerilme  преднатяг преднагрузка  προφόρτιση  예압  预紧力 予圧""",
 }
 
 _SECONDS = {
@@ -57,11 +60,14 @@ _ROLE = {
     )
     for role, words in _ROLES.items()
 }
+# Pre-load and pretension in two words are one.
+_BEFOREHAND = re.compile(r"(?<![^\W\d_])(pre|vor|voor|for|on)[-_ ]+(?=[^\W\d_])")
 
 
 def is_called(name: str, role: str) -> bool:
     """Whether a name holds a word for a force, velocity, position or pretension."""
-    return _ROLE[role].search(fold(name)) is not None
+    text = fold(name)
+    return any(_ROLE[role].search(one) for one in (text, _BEFOREHAND.sub(r"\1", text)))
 
 
 def is_signal(name: str) -> bool:

@@ -37,5 +37,5 @@ def open_recording(path: Path, stated: Mapping) -> Table:
         stated,
         units=units,
         notes=[*text.notes, *layout.notes(path)],
-        fault=layout.fault(path),
+        fault=layout.fault(path) or text.fault,
     )
