@@ -183,10 +183,14 @@ def _named(lines: Sequence[str], separator: str, i: int, low: int, high: int) ->
         others = [trimmed(split(text, other)) for other in SEPARATORS if other != separator]
         others += [_WIDE.split(text.strip()), _NAME_AND_UNIT.findall(text)]
         for cells in others:
-            tells = any(map(is_time, cells)) or sum(map(is_signal, cells)) > 1
-            if low <= len(cells) <= high and len(cells) > 1 and tells:
+            if low <= len(cells) <= high and len(cells) > 1 and _tells(cells):
                 return cells
     return None
+
+
+def _tells(cells: Sequence[str]) -> bool:
+    """Whether one of the cells is called a time, or two a signal."""
+    return any(map(is_time, cells)) or sum(map(is_signal, cells)) > 1
 
 
 def trimmed(cells: Sequence[str]) -> list[str]:

@@ -66,13 +66,20 @@ _BEFOREHAND = re.compile(r"(?<![^\W\d_])(pre|vor|voor|for|on)[-_ ]+(?=[^\W\d_])"
 
 def is_called(name: str, role: str) -> bool:
     """Whether a name holds a word for a force, velocity, position or pretension."""
-    text = fold(name)
-    return any(_ROLE[role].search(one) for one in (text, _BEFOREHAND.sub(r"\1", text)))
+    return _ROLE[role].search(_with_joined(name)) is not None
 
 
 def is_signal(name: str) -> bool:
     """Whether a name holds a word for one of these."""
-    return any(is_called(name, role) for role in _ROLES)
+    text = _with_joined(name)
+    return any(pattern.search(text) for pattern in _ROLE.values())
+
+
+def _with_joined(name: str) -> str:
+    """A name, folded, and once more where two words of it are one."""
+    text = fold(name)
+    joined = _BEFOREHAND.sub(r"\1", text)
+    return text if joined == text else f"{text} {joined}"
 
 
 def _apart(name: str) -> str:
