@@ -17,6 +17,7 @@ from sessions import FEW, made, write_bag
 from acf_jax.errors import InputError
 from acf_jax.recording import Mapping, read_session
 from acf_jax.recording.readers import _bag_bounds, open_recording
+from acf_jax.recording.readers._times import Clock, Stamps, find_clocks
 
 SHORT = made(1, FEW[:1], rate=500.0)
 MANY = _bag_bounds.MAX_BYTES + 1
@@ -172,3 +173,27 @@ def test_a_ros1_bag_whose_first_line_does_not_end(tmp_path):
     assert "is no whole ROS 1 bag" in refused(path)
     with pytest.raises(InputError, match="is no whole ROS 1 bag"):
         open_recording(path)
+
+
+def test_an_archive_of_thousands_of_arrays(tmp_path: Path) -> None:
+    """Its list would be read again for each of them."""
+    path = tmp_path / "a.npz"
+    np.savez(path, **{f"time{i}": np.arange(3.0) for i in range(1001)})
+    with pytest.raises(InputError, match=r"holds 1,001 arrays; keep those that are needed"):
+        open_recording(path)
+
+
+def test_the_time_is_looked_for_in_a_bounded_number_of_columns() -> None:
+    """Each is read once, and none where there are too many."""
+    read: list[Clock] = []
+
+    def first(clock: Clock) -> Stamps:
+        read.append(clock)
+        time = np.arange(5) if clock == ("time 7",) else np.zeros(5, np.int64)
+        return time, np.ones(5, bool)
+
+    names = [f"time {i}" for i in range(100)]
+    assert find_clocks(names, {}, first) == [("time 7",)]
+    assert sorted(read) == sorted((name,) for name in names)
+    read.clear()
+    assert len(find_clocks([f"time {i}" for i in range(300)], {}, first)) == 300 and not read

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ _BEYOND = (
     " (time_scale: 1.0e-9 for ns)"
 )
 _LATEST = 4.1e9  # s since 1970: the year 2099
-_SEARCHED = 200  # columns, of each of which the beginning is read
+_SEARCHED = 200  # columns, of each of which the beginning is read at most
 _FEW = 3  # rows that show nothing
 _DAY = 86_400 * 10**9  # ns
 _TICK = 10**9  # ns: a column of whole numbers that counts rows rises by this, were it a time in seconds
@@ -91,38 +92,51 @@ def find_clocks(
 
     **Arguments:** columns; their units from a row of units; the first times of a clock, None where it has none.
     """
+    look = cache(lambda clock: _Look.at(first(clock)))
+
+    def those(clocks: list[Clock], hold: Callable[[_Look], bool]) -> list[Clock]:
+        """The clocks of which that holds; all where they are too many to be read."""
+        return clocks if len(clocks) > _SEARCHED else [clock for clock in clocks if hold(look(clock))]
+
     stamps: list[Clock] = [*pairs(names), *((name,) for name in names if is_stamp(name))]
-    stamps = [clock for clock in stamps if _rises(first(clock), strictly=True)]
+    stamps = those(stamps, lambda seen: seen.always_rises)
     if len(stamps) == 1:
         return stamps
     called: list[Clock] = [(name,) for name in names if is_time(name)]
-    blank = [clock for clock in called if (seen := first(clock)) is not None and not seen[1].any()]
-    called = [clock for clock in called if clock not in blank]
-    if len(called) > 1:  # a time that is known in every row is that of all signals
-        rising = [clock for clock in called if _rises(first(clock))]
-        return [clock for clock in rising if _is_filled(first(clock))] or rising or called
-    if called:
-        return called
+    filled = those(called, lambda seen: not seen.is_blank)
+    if len(filled) > 1:  # a time that is known in every row is that of all signals
+        rising = those(filled, lambda seen: seen.rises)
+        return those(rising, lambda seen: seen.is_filled) or rising or filled
+    if filled:
+        return filled
     likely: list[Clock] = [(name,) for name in names if speaks_of_time(name) or is_unit(units.get(name, ""))]
-    likely = [clock for clock in likely if _rises(first(clock))]
-    if likely:
+    if likely := those(likely, lambda seen: seen.rises):
         return likely
-    others = names if len(names) <= _SEARCHED else ()
-    return [(name,) for name in others if _rises(first((name,)), strictly=True, but_counts=True)] or blank
+    others: list[Clock] = [(name,) for name in names] if len(names) <= _SEARCHED else []
+    return those(others, lambda seen: seen.always_rises and not seen.counts_rows) or called
 
 
-def _is_filled(seen: Stamps | None) -> bool:
-    return seen is not None and bool(seen[1].all())
+class _Look(NamedTuple):
+    """What the first times of a clock are."""
 
+    is_blank: bool = False
+    is_filled: bool = False  # none is missing
+    rises: bool = False
+    always_rises: bool = False  # in every row, and none is missing
+    counts_rows: bool = False  # whole numbers that rise by one
 
-def _rises(seen: Stamps | None, strictly: bool = False, but_counts: bool = False) -> bool:
-    """Whether times increase; `strictly`: in every row, and none is missing; `but_counts`: they do not number rows."""
-    if seen is None:
-        return False
-    time, known = seen
-    steps = np.diff(time[known])
-    if but_counts and (steps == _TICK).all():
-        return False
-    if strictly:
-        return _is_filled(seen) and steps.size >= _FEW and bool((steps > 0).all())
-    return bool((steps >= 0).all() and (steps > 0).any())
+    @classmethod
+    def at(cls, seen: Stamps | None) -> "_Look":
+        """Of times and where they are known; nothing holds where there are none."""
+        if seen is None:
+            return cls()
+        time, known = seen
+        steps = np.diff(time[known])
+        is_filled = bool(known.all())
+        return cls(
+            not known.any(),
+            is_filled,
+            bool((steps >= 0).all() and (steps > 0).any()),
+            is_filled and steps.size >= _FEW and bool((steps > 0).all()),
+            bool((steps == _TICK).all()),
+        )

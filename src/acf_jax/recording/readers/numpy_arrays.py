@@ -25,6 +25,7 @@ SUFFIXES = (".npz", ".npy")
 _UNCHECKED = (LookupError, ArithmeticError, TypeError, AttributeError, RuntimeError, MemoryError, SyntaxError)
 _BROKEN = (zipfile.BadZipFile, zlib.error, struct.error, tokenize.TokenError)
 _FAULTS = (OSError, EOFError, ValueError, *_BROKEN, *_UNCHECKED)
+_MOST = 1000  # arrays: their list is read again for each that is looked at
 _REMEDY = "save it again by numpy.savez, arrays of numbers only"
 
 
@@ -47,6 +48,8 @@ def _in_npz(path: Path) -> list[Stored]:
     load = lru_cache(maxsize=1)(partial(_array, path))  # of a matrix one column after the other is asked for
     found = []
     with zipfile.ZipFile(path) as file:
+        if len(file.infolist()) > _MOST:
+            raise InputError(f"{path}: holds {len(file.infolist()):,} arrays; keep those that are needed")
         for member in file.infolist():
             name = member.filename.removesuffix(".npy")
             if name == member.filename:
