@@ -147,8 +147,9 @@ def _is_covariance(matrix: np.ndarray) -> bool:
     if (variance < 0).any():
         return False
     scale = np.sqrt(np.where(variance > 0, variance, 1.0))
-    correlation = matrix / scale / scale[:, None]
+    with np.errstate(over="ignore"):  # what overflows is far above a correlation of 1
+        correlation = matrix / scale / scale[:, None]
+    if not np.isfinite(correlation).all():
+        return False
     symmetric = np.allclose(correlation, correlation.T, rtol=0, atol=ROUNDING)
-    return bool(
-        symmetric and np.isfinite(correlation).all() and np.linalg.eigvalsh(correlation).min() > -1e-3
-    )
+    return bool(symmetric and np.linalg.eigvalsh(correlation).min() > -1e-3)

@@ -93,6 +93,18 @@ def test_every_answer_says_that_the_correction_is_no_better(diagnosed: Diagnosis
     assert document(plain)["corrected_is_better"] is None and gap_model(plain).better is None
 
 
+@pytest.mark.parametrize("value", [1e308, -1e308, 1.0])
+def test_a_covariance_that_is_none_is_refused(value: float, tmp_path: Path) -> None:
+    """Also one so large that a correlation overflows."""
+    content = json.loads(write_model(made_up_model()))
+    covariance = content["corrected"]["covariance"]
+    covariance[0][1] = covariance[1][0] = value
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=r"corrected\.covariance: is none"):
+        read_model(path)
+
+
 def test_the_recalibrated_model_answers_where_the_corrected_one_is_no_better() -> None:
     model = made_up_model(form_error=0.02).model_copy(
         update={"better": False, "recalibrated_form_error": 0.05}

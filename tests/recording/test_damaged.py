@@ -99,7 +99,7 @@ TEXTS = {
     "time_s,force_n,velocity\n": "holds no samples",
     "time_s,force_n,force_n\n": "'force_n (1)', 'force_n (2)' may all be the force",
     "zett,force_n,velocity\n1,1,1\n": "no column is called a time",
-    'time_s,force_n,velocity\n"0.1,1,1\n': "cannot be read",
+    'time_s,force_n,velocity\n"0.1,1,1\n': "row 2: its quotation marks do not go in pairs",
     "time_s,force_n,velocity\n1e300,1,1\n": "beyond a century",
     "time_s,force_n,velocity\n,1,1\n": "a time is missing",
 }

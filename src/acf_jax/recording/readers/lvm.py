@@ -75,6 +75,7 @@ def open_recording(path: Path, stated: Mapping) -> Table:
         units=units,
         steps=steps,
         notes=text.notes,
+        fault=text.fault,
     )
 
 
