@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import Body, reduced_mass, series_stiffness
-from acf_jax.contact.braking import Braking, stopping_time, stopping_travel
+from acf_jax.contact.braking import Braking, braking, stopping_time, stopping_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.recoil import Recoil
 from acf_jax.diagnosis.forward import SAMPLES, STEP_PER_RADIAN, unpack
@@ -30,6 +30,8 @@ COARSEST = 0.2  # omega h; a coarser grid understates a peak by more than 0.1 %
 FINE = 0.08  # omega h of a simulation until the contact has ended
 FEWEST_STEPS, MOST_STEPS = 4, 50_000  # of each of its parts
 SETTLED = 25.0  # decay times, after which e^{-25} of a swing is left
+AT_ONCE = 1e-3  # of a radian of the fastest motion, in which a robot stops that stops at once
+BRAKES_ITSELF = "robot_deceleration"  # the effect of a corrected model
 
 
 class ContactPeak(NamedTuple):
@@ -159,35 +161,37 @@ class Simulated(AbstractPeak):
     def through(self, z: Float[Array, " p"], body: Body, ending: Ending, pull: Scalar | float) -> Branches:
         """The largest force until the contact has ended, every further contact included; `pull` as for `simulate`.
 
+        A robot whose braking is not stated keeps its speed and stops at once. The flange, which it carries, goes on by
+        itself: the force is followed until that has come to rest, too. Where the body is clamped, the force of
+        `carried_force` counts as well.
         A parabola through three samples misses a maximum by |F_C'''| h^3/(9 sqrt 3) at most; that of a force that bends
-        with (omega + d/m)^3 is added. A robot that brakes is followed for one period beyond its stop.
-        Where the body is clamped, the force of `carried_force` counts, too.
+        with (omega + d/m)^3 is added.
         """
         rig, effects, fastest = self._against(z, body)
         impact = Impact(z[-2], z[-1])
-        stop = stopping_time(ending, impact.v_e)
-        is_braking = jnp.isfinite(ending.deceleration)
-        end = jnp.where(jnp.isfinite(stop), stop, LONGEST)
-        is_clamped = jnp.asarray(body.mobility) == 0
-        end = jnp.where(is_clamped & ~is_braking, jnp.minimum(end, _settled(rig)), end)
-        period = jnp.where(is_braking, 2 * jnp.pi / rig.omega, 0.0)
-        corners = jnp.stack([jnp.where(is_braking, ending.reaction, 0.0), end, end + period])
-        spans = jnp.diff(corners, prepend=0.0)
         rate = fastest + rig.d / rig.m
+        begin, deceleration = braking(ending, impact.v_e, jax.lax.stop_gradient(AT_ONCE / rate))
+        stop = stopping_time(ending, impact.v_e)
+        is_told, is_clamped = jnp.isfinite(stop), jnp.asarray(body.mobility) == 0
+        last = jnp.where(is_told, stop + _rest(rig), LONGEST)
+        if not self.effects:  # what has settled is carried along, and a stop sets nothing swinging that presses harder
+            settled = _settled(rig)
+            last = jnp.where(is_clamped & (settled < begin), jnp.minimum(last, settled), last)
+        corners = jnp.minimum(jnp.stack([begin, begin + impact.v_e / deceleration, last]), last)
+        spans = jnp.diff(corners, prepend=0.0)
         longest_step = jnp.minimum(self.longest_step, FINE / rate)
         needed = jax.lax.stop_gradient(jnp.ceil(spans / longest_step))
         can_be_followed = (needed <= MOST_STEPS).all()
         steps = jnp.where(can_be_followed & (needed > 0), jnp.maximum(needed, FEWEST_STEPS), 0).astype(int)
-        braking = Braking(jnp.asarray(ending.deceleration), jnp.asarray(ending.reaction))
-        force = largest_force_through(rig, impact, [*effects, braking], corners, steps, pull)
+        if BRAKES_ITSELF not in self.effects:  # which goes on braking as it did
+            effects = [*effects, Braking(deceleration, begin)]
+        force = largest_force_through(rig, impact, effects, corners, steps, pull)
         widest = jnp.minimum(longest_step, spans.max() / FEWEST_STEPS)
         between = 1 + jax.lax.stop_gradient(widest * rate) ** 3 / (9 * 3**0.5)
         travelled = jnp.where(impact.v_e > 0, stopping_travel(ending, impact.v_e), 0.0)
         carried = jnp.where(is_clamped, carried_force(rig, impact, travelled), 0.0)
-        is_told = jnp.isfinite(stop) | (impact.v_e == 0)
-        return Branches(
-            jnp.stack([force * between, carried]), jnp.isfinite(force) & is_told & can_be_followed
-        )
+        is_known = jnp.isfinite(force) & (is_told | (impact.v_e == 0)) & can_be_followed
+        return Branches(jnp.stack([force * between, carried]), is_known)
 
     def _against(
         self, z: Float[Array, " p"], body: Body
@@ -217,8 +221,22 @@ def _settled(rig: Rig) -> Scalar:
     beyond = delta**2 - spring
     is_overdamped = beyond > 0
     fast = delta + jnp.sqrt(jnp.where(is_overdamped, beyond, 1.0))
-    rate = jnp.where(is_overdamped, spring / fast, delta)
-    return jnp.where(rate > 0, SETTLED / jnp.where(rate > 0, rate, 1.0), jnp.inf)
+    return _over(SETTLED, jnp.where(is_overdamped, spring / fast, delta))
+
+
+def _rest(rig: Rig) -> Scalar:
+    """How long a flange is followed whose robot has stopped, s: a period of the contact, and until it has come back.
+
+    A flange that was thrown off with V comes back within half a period of its own, or within three decay times m/d of
+    its flight, which covers less than V m/d: later it would hit with less than V/6.
+    """
+    back = jnp.minimum(jnp.pi * _over(1.0, jnp.sqrt(rig.k_f / rig.m)), _over(3.0, rig.delta))
+    return 2 * jnp.pi / rig.omega + jnp.where(rig.k_f > 0, back, 0.0)
+
+
+def _over(share: float, rate: Scalar) -> Scalar:
+    """share/rate, infinite for a rate of zero."""
+    return jnp.where(rate > 0, share / jnp.where(rate > 0, rate, 1.0), jnp.inf)
 
 
 class Trained(AbstractPeak):

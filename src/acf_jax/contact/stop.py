@@ -7,11 +7,10 @@ from typing import NamedTuple
 from acf_jax.contact.braking import stopping_time, stopping_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
-from acf_jax.contact.peak import Simulated
+from acf_jax.contact.peak import BRAKES_ITSELF, Simulated
 
 EARLIEST, LONGEST = 1e-4, 1.0  # s, between which a stop is looked for
 HALVINGS = 16  # of the logarithm: to 2 in 10,000
-BRAKING_EFFECT = "robot_deceleration"
 
 
 class Stop(NamedTuple):
@@ -29,7 +28,7 @@ def stop_of(ending: Ending, v_e: float) -> Stop:
 def ending_conflict(model: ContactModel, ending: Ending, v_e: float) -> str:
     """Why an ending cannot be of this contact, with the remedy; empty where it can."""
     laws = [v.peak.original() for v in (model.main, *model.others)]
-    if ending.brakes and any(isinstance(law, Simulated) and BRAKING_EFFECT in law.effects for law in laws):
+    if ending.brakes and any(isinstance(law, Simulated) and BRAKES_ITSELF in law.effects for law in laws):
         return "the corrected model brakes the robot itself: state its end by stop_after or travel"
     travel = stop_of(ending, v_e).travel
     if math.isfinite(travel) and travel > ending.travel * (1 + 1e-9):
