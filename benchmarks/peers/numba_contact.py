@@ -51,7 +51,7 @@ def _step(c, pulls, t, h, s, rate, out):
 
 @numba.njit(cache=True)
 def _largest(c, pulls, found):
-    """The largest contact force until the robot has stopped, and until the end, N; contact lost or made ends a step."""
+    """Largest contact forces until the robot has stopped, and until the end, N; contact lost or made ends a step."""
     m, d, k_f, k, mobility, v, f_p, begin, deceleration, end = c
     stop = begin + v / deceleration if deceleration > 0.0 else end
     corners = np.array([0.0, min(begin, end), min(stop, end), end])
@@ -67,21 +67,22 @@ def _largest(c, pulls, found):
             continue
         n = max(math.ceil(span / longest), LEAST_STEPS)
         h = span / n
+        holds = pulls and part < 2  # a flange that goes on by itself is not held
         for i in range(n):
             t = corners[part] + i * h
-            _step(c, pulls, t, h, s, rate, out)
+            _step(c, holds, t, h, s, rate, out)
             after = _force(c, True, out[0], out[2])
-            if not pulls and before * after < 0.0:
+            if not holds and before * after < 0.0:
                 low, high = 0.0, h
                 for _ in range(40):
                     middle = 0.5 * (low + high)
-                    _step(c, pulls, t, middle, s, rate, out)
+                    _step(c, holds, t, middle, s, rate, out)
                     low, high = (
                         (middle, high) if _force(c, True, out[0], out[2]) * before > 0.0 else (low, middle)
                     )
-                _step(c, pulls, t, high, s, rate, out)
+                _step(c, holds, t, high, s, rate, out)
                 s[:] = out
-                _step(c, pulls, t + high, h - high, s, rate, out)
+                _step(c, holds, t + high, h - high, s, rate, out)
                 after = _force(c, True, out[0], out[2])
             s[:] = out
             bend = earlier - 2.0 * before + after
@@ -97,7 +98,7 @@ def largest_forces(contacts, pulls):
     """Largest forces (n, 2) of contacts (n, 10), N: until the robot has stopped, and until the end.
 
     A contact is m, d, k_F, k, 1/m_H, v, F_P, the time at which the robot brakes, its deceleration (0: it never does,
-    infinite: it stops at once) and the end.
+    infinite: it stops at once) and the end. With `pulls` a contact that would be lost holds until the robot's stop.
     """
     out = np.empty((len(contacts), 2))
     for i in numba.prange(len(contacts)):
