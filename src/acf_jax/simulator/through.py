@@ -51,17 +51,17 @@ def largest_force_through(
     begins = jnp.concatenate([jnp.zeros(1), corners[:-1]])
     sizes = (corners - begins) / jnp.maximum(steps, 1)
     last_step = jnp.cumsum(steps)
-    is_last = last_step[-2] if later is not None else last_step[-1]
 
     def goes_on(passed: _Passed) -> Bool[Array, ""]:
-        return (passed.k < is_last) | ((passed.k < last_step[-1]) & (passed.later[0] > passed.largest))
+        return (passed.k < last_step[-1]) & (passed.later[0] > passed.largest)
 
     def body(passed: _Passed) -> _Passed:
         k = passed.k
         part = (k >= last_step).sum()
         since = k - (last_step[part] - steps[part])
         t, h = begins[part] + since * sizes[part], sizes[part]
-        law = system._replace(pull=jnp.where(k < last_step[-2], system.pull, 0.0))
+        is_last = k >= last_step[-2]
+        law = system._replace(pull=jnp.where(is_last, 0.0, system.pull))
         y, released = _advance(law, t, h, passed.y, passed.released)
         left, mid = passed.last
         motion = law.motion(t + h, y)
@@ -71,17 +71,16 @@ def largest_force_through(
         shift = 0.5 * (left - right) / jnp.where(is_bent, curvature, -1.0)
         top = mid - jnp.where(is_bent & (jnp.abs(shift) <= 1), 0.25 * (left - right) * shift, 0.0)
         largest = jnp.maximum(passed.largest, jnp.maximum(top, right))
-        return _Passed(k + 1, y, released, (mid, right), largest, (passed.later[1], still(motion)))
-
-    def still(motion: Motion) -> Scalar:
-        return jnp.zeros(()) if later is None else later(motion)
+        unknown = jnp.asarray(jnp.inf)
+        now = unknown if later is None else jnp.where(is_last, later(motion), unknown)
+        return _Passed(k + 1, y, released, (mid, right), largest, (passed.later[1], now))
 
     y_0 = at_rest(system.effects)
-    motion_0 = system.motion(jnp.zeros(()), y_0)
-    f_0 = motion_0.f_c
-    first = _Passed(jnp.asarray(0), y_0, jnp.asarray(False), (f_0, f_0), f_0, (still(motion_0),) * 2)
+    f_0 = system.motion(jnp.zeros(()), y_0).f_c
+    first = _Passed(jnp.asarray(0), y_0, jnp.asarray(False), (f_0, f_0), f_0, (jnp.asarray(jnp.inf),) * 2)
     passed: _Passed = jax.lax.while_loop(goes_on, body, first)
-    return jnp.maximum(passed.largest, passed.later[0])
+    is_bounded = jnp.isfinite(passed.later[0])
+    return jnp.maximum(passed.largest, jnp.where(is_bounded, passed.later[0], 0.0))
 
 
 def _advance(
