@@ -90,6 +90,38 @@ def test_the_force_until_all_is_at_rest_is_the_integrated_one(body: Body, ending
     assert found[0] >= expected * (1 - 1e-7)
 
 
+@pytest.mark.parametrize("ending", [
+    Ending(stop_after=0.004), Ending(travel=0.0016), Ending(reaction=0.001, deceleration=150.0)
+])  # fmt: skip
+def test_a_flange_goes_on_when_its_robot_stops(ending: Ending) -> None:
+    """The largest force comes after the stop: the flange's own mass has to be stopped, too."""
+    until, after = integrated(RIG, 0.4, 15.0, CLAMPED, ending, 0.05, False)
+    model = of_rig(RIG, {})
+    found, _ = forces(ended(model, ending).main.peak, model.at(0.4, 15.0)[None], CLAMPED)
+    assert after > 1.2 * until and found[0] == pytest.approx(after, rel=1e-4)
+    assert found[0] >= after * (1 - 1e-7)
+
+
+def test_a_flange_is_followed_until_its_energy_allows_no_more() -> None:
+    """Undamped against a heavy body, it bounces long after the stop; the bound that ends this never lies too low."""
+    rig, body = {"m": 0.5, "d": 0.0, "k_f": 300.0, "k_c": 3e4}, Body(1 / 3e4, 1 / 40.0)
+    for time in (0.004, 0.02, 0.06):
+        largest = max(integrated(rig, 0.5, 2.0, body, Ending(stop_after=time), 0.6, False))
+        model = of_rig(rig, {})
+        found = forces(ended(model, Ending(stop_after=time)).main.peak, model.at(0.5, 2.0)[None], body)[0][0]
+        assert largest * (1 - 1e-7) <= found <= 1.05 * largest
+
+
+def test_a_model_that_brakes_its_robot_counts_as_the_ending_says_too() -> None:
+    """Its own law has the flange brake with the robot, as if it had no mass."""
+    z, ending = [*RIG.values(), 100.0, 0.0, 1e-3, 0.4, 15.0], Ending(stop_after=0.004)
+    law = of_diagnosis(gap_model(("robot_deceleration",), (100.0, 0.0, 1e-3))).main.peak
+    until, after = integrated(RIG, 0.4, 15.0, CLAMPED, ending, 0.05, False)
+    found = law.until(jnp.asarray(z), CLAMPED, ending)
+    assert bool(found.exists) and float(found.force.max()) == pytest.approx(max(until, after), rel=1e-3)
+    assert float(law.through(jnp.asarray(z), CLAMPED, ending, 0.0).force.max()) < 0.9 * after
+
+
 def test_a_lost_contact_hits_again_harder() -> None:
     """Between two contacts the actuator's spring has been compressed by the robot's way."""
     model = of_rig(RIG | {"d": 1.0, "k_f": 400.0}, {})

@@ -55,6 +55,20 @@ def test_the_force_until_the_end_decides(checker: Checker, ending: Ending, verdi
         assert answer.stop_by is not None and 0.005 < answer.stop_by < 0.016
 
 
+@pytest.mark.parametrize("ending", [
+    Ending(stop_after=0.001), Ending(travel=0.001), Ending(reaction=0.0, deceleration=200.0)
+])  # fmt: skip
+def test_an_early_stop_does_not_stop_the_flange(checker: Checker, ending: Ending) -> None:
+    """After 1 ms the robot presses with 80 N; its flange has still to be stopped by the neck."""
+    answer = checker(NECK._replace(ending=ending))
+    k = 1 / (1 / 126122 + 1 / 50e3)
+    alone = 8.2 + np.sqrt(k * 0.5357) * 0.98  # at least what is left of its speed
+    assert answer.force is not None and 0.95 * alone < answer.force < 1.1 * alone
+    assert answer.verdict == "allowed"
+    faster = NECK._replace(v_e=1.2, ending=ending)
+    assert checker(faster).verdict == "not allowed"
+
+
 def test_the_lasting_force_stands_beside_the_peak(checker: Checker) -> None:
     answer = checker(NECK._replace(ending=Ending(stop_after=0.01)))
     assert answer.lasting == pytest.approx(8.2 + 9487 * 0.0098)

@@ -16,7 +16,7 @@ from acf_jax.contact.followed import force_until_rest
 from acf_jax.contact.recoil import Recoil
 from acf_jax.diagnosis.forward import SAMPLES, STEP_PER_RADIAN, unpack
 from acf_jax.diagnosis.predict import LONGEST
-from acf_jax.diagnosis.space import component_of
+from acf_jax.diagnosis.space import component_of, parameters
 from acf_jax.effects import AbstractEffect
 from acf_jax.model import Impact, Rig, find_peak
 from acf_jax.model.until import carried_force
@@ -144,7 +144,19 @@ class Simulated(AbstractPeak):
         return found._replace(exists=found.exists & (fastest * h <= COARSEST))
 
     def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
-        return self.through(z, body, ending, 0.0)
+        found = self.through(z, body, ending, 0.0)
+        if BRAKES_ITSELF not in self.effects:
+            return found
+        # that effect has the flange brake with the robot, and its robot stops when it will: the ending's counts, too
+        places = [
+            k
+            for k, (name, _) in enumerate(parameters(self.effects))
+            if not name.startswith(f"{BRAKES_ITSELF}.")
+        ]
+        others = tuple(name for name in self.effects if name != BRAKES_ITSELF)
+        without = Simulated(others, self.longest_step, self.reach)
+        stated = without.through(jnp.concatenate([z[jnp.array(places)], z[-2:]]), body, ending, 0.0)
+        return Branches(jnp.maximum(found.force, stated.force), found.exists & stated.exists)
 
     def through(self, z: Float[Array, " p"], body: Body, ending: Ending, pull: Scalar | float) -> Branches:
         """The largest force until robot and flange are at rest; `pull` as for `force_until_rest`.
