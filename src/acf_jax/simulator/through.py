@@ -13,6 +13,9 @@ from acf_jax.model import Impact, Rig
 from acf_jax.simulator.simulate import State, System, at_rest, make_system
 
 Later = Callable[[Motion], Scalar]
+ENOUGH = (
+    1 + 2e-5
+)  # a bound so little above the largest force ends a simulation: undamped, no bound falls below it
 
 
 class _Passed(NamedTuple):
@@ -43,7 +46,7 @@ def largest_force_through(
     **Arguments:** `rig`, `impact`, `effects` as for `simulate`, one sample. `corners`: s, increasing; between
     them everything that depends on time is smooth. `steps`: of equal size, from one corner to the next. `pull` as for
     `simulate`; in the last part a contact does not pull. `later`: what in the last part no later force exceeds, N; the
-    part ends as soon as that is no more than the largest force so far, and where it does not, this bound counts.
+    part ends as soon as that is no more than the largest force so far, up to rounding, and this bound counts, too.
 
     **Returns:** N, scalar; derivatives in forward mode.
     """
@@ -53,7 +56,7 @@ def largest_force_through(
     last_step = jnp.cumsum(steps)
 
     def goes_on(passed: _Passed) -> Bool[Array, ""]:
-        return (passed.k < last_step[-1]) & (passed.later[0] > passed.largest)
+        return (passed.k < last_step[-1]) & (passed.later[0] > ENOUGH * passed.largest)
 
     def body(passed: _Passed) -> _Passed:
         k = passed.k
