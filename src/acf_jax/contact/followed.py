@@ -47,18 +47,18 @@ def force_until_rest(
     **Returns:** N, and whether it could be followed.
     """
     rate = fastest + rig.d / rig.m
-    longest_step = jnp.minimum(longest_step, FINE / rate)
+    step = jnp.minimum(longest_step, FINE / rate)
     v_e, stop = impact.v_e, stopping_time(ending, impact.v_e)
     is_told, is_clamped = jnp.isfinite(stop) | (v_e == 0), jnp.asarray(body.mobility) == 0
     begin, deceleration = braking(ending, v_e, jax.lax.stop_gradient(AT_ONCE / rate))
     begin, stopped = (jnp.where(jnp.isfinite(t), t, LONGEST) for t in (begin, begin + v_e / deceleration))
-    corners = jnp.stack([begin, stopped, stopped + (_rest(rig) if effects else MOST_AFTER * longest_step)])
+    corners = jnp.stack([begin, stopped, stopped + (_rest(rig) if effects else MOST_AFTER * step)])
     # what has settled is carried along, and its stop presses less than `carried_force`: the actuator's push
     # d v + k_F v t stops growing, which overshoots by k_F v/omega at most
     settled = jnp.where(is_clamped & (not effects), _settled(rig), jnp.inf)
     corners = jnp.where(settled < begin, settled, corners)
     spans = jnp.diff(corners, prepend=0.0)
-    needed = jax.lax.stop_gradient(jnp.ceil(spans / longest_step - 1e-6))
+    needed = jax.lax.stop_gradient(jnp.ceil(spans / step - 1e-6))
     can_be_followed = (needed <= MOST_STEPS).all()
     steps = jnp.where(can_be_followed & (needed > 0), jnp.maximum(needed, FEWEST_STEPS), 0).astype(int)
 
@@ -78,7 +78,7 @@ def force_until_rest(
         pull,
         None if effects else later,
     )
-    between = 1 + jax.lax.stop_gradient(longest_step * rate) ** 3 / (9 * 3**0.5)
+    between = 1 + jax.lax.stop_gradient(step * rate) ** 3 / (9 * 3**0.5)
     return force * between, jnp.isfinite(force) & is_told & can_be_followed
 
 
