@@ -5,7 +5,8 @@ python -m benchmarks.check_hostile
 For every contact the lowest limit that a check would allow, the force "not exceeded", is held against the largest
 force of the equations integrated by another program, in which the flange goes on when its robot stops: contacts that
 hold and pull until then, and contacts that are lost and hit again. Where the end is open, a robot stops at any time, at
-once or braking, whose contact does not pull. Random contacts, the corners of their box, and an ascent of the ratio from the worst of both.
+once or braking, whose contact does not pull. Random contacts, the corners of their box, and an ascent of the ratio from
+the worst of both.
 """
 
 import argparse
