@@ -4,6 +4,11 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
 from acf_jax.contact.braking import stopping_time, stopping_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
@@ -22,7 +27,15 @@ class Stop(NamedTuple):
 
 def stop_of(ending: Ending, v_e: float) -> Stop:
     """The stop of an ending at a contact velocity."""
-    return Stop(float(stopping_time(ending, v_e)), float(stopping_travel(ending, v_e)))
+    if not ending.is_known:
+        return Stop(math.inf, math.inf if v_e > 0 else 0.0)
+    return Stop(*np.asarray(_stop(np.array([*ending, v_e]))).tolist())
+
+
+@jax.jit  # one operation by itself costs as much as a check
+def _stop(x: Float[Array, "5"]) -> Float[Array, "2"]:
+    ending = Ending(*x[:-1])
+    return jnp.stack([stopping_time(ending, x[-1]), stopping_travel(ending, x[-1])])
 
 
 def ending_conflict(model: ContactModel, ending: Ending, v_e: float) -> str:
