@@ -5,6 +5,7 @@ import pytest
 
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.read import of_diagnosis, of_rig
+from acf_jax.contact.stop import stop_of
 from acf_jax.safety.assumptions import assumptions
 from acf_jax.safety.check import LATE, OPEN_END, Checker
 from acf_jax.safety.limits import read_limits
@@ -18,7 +19,7 @@ NECK = Situation("", LIMITS.find("neck muscle"), "quasi_static", 0.98, 8.2)  # 5
 
 @pytest.fixture(scope="module")
 def checker() -> Checker:
-    """Its first peak is 139 N; the same equations pass 150 N after 21 ms, and k_F x alone after 15 ms."""
+    """Its first peak is 139 N; k_F x passes 150 N after 15 ms, and a flange whose robot stops then goes beyond it."""
     return Checker(of_rig({"m": 0.5357, "d": 0.714, "k_f": 9487.0, "k_c": 126122.0}, {}), load_surrogate())
 
 
@@ -26,8 +27,8 @@ def test_an_open_end_is_not_decidable_with_the_stop_that_would_do(checker: Check
     answer = checker(NECK)
     assert answer.verdict == "not decidable" and answer.reasons[0] == OPEN_END
     assert answer.force == pytest.approx(138.85, abs=0.01), "the first peak"
-    assert answer.stop_by == pytest.approx((150 - 8.2 - 0.714 * 0.98) / 9487 / 0.98, rel=1e-3)
-    assert "must have stopped within 15.1 ms or 14.8 mm" in answer.reasons[1]
+    assert answer.stop_by == pytest.approx(0.01079, rel=1e-3)  # k_F x alone would allow 15.2 ms
+    assert "must have stopped within 10.7 ms or 10.5 mm" in answer.reasons[1]
     stopped = NECK._replace(ending=Ending(stop_after=answer.stop_by or 0.0))
     assert checker(stopped).verdict == "allowed"
     assert (
@@ -53,6 +54,22 @@ def test_the_force_until_the_end_decides(checker: Checker, ending: Ending, verdi
     assert answer.verdict == verdict
     if verdict == "not allowed":
         assert answer.stop_by is not None and 0.005 < answer.stop_by < 0.016
+
+
+@pytest.mark.parametrize("ending", [
+    Ending(stop_after=0.001), Ending(travel=0.001), Ending(reaction=0.0, deceleration=200.0)
+])  # fmt: skip
+def test_an_early_stop_does_not_stop_the_flange(checker: Checker, ending: Ending) -> None:
+    """After 1 ms the robot presses with 80 N; its flange has still to be stopped by the neck."""
+    answer = checker(NECK._replace(ending=ending))
+    k, k_f, m = 1 / (1 / 126122 + 1 / 50e3), 9487, 0.5357
+    rest = 8.2 / (k + k_f)  # a mass on two springs, were the robot at rest at first contact
+    alone = 8.2 + k * (np.sqrt(rest**2 + m * 0.98**2 / (k + k_f)) - rest)
+    travel = k_f * stop_of(ending, 0.98).travel
+    assert answer.force is not None and 0.98 * alone < answer.force < alone + travel
+    assert answer.verdict == "allowed"
+    faster = NECK._replace(v_e=1.2, ending=ending)
+    assert checker(faster).verdict == "not allowed"
 
 
 def test_the_lasting_force_stands_beside_the_peak(checker: Checker) -> None:

@@ -7,6 +7,8 @@ from acf_jax.effects import AbstractEffect, strength
 from acf_jax.effects._interface import Scalar
 from acf_jax.model import Impact, Rig
 
+LEAST_SPEED = 1e-9  # m/s, of a robot that stops
+
 
 def stopping_time(ending: Ending, v_e: Scalar | float) -> Scalar:
     """When the robot has stopped, s: infinite where nothing tells."""
@@ -27,10 +29,22 @@ def stopping_travel(ending: Ending, v_e: Scalar | float) -> Scalar:
     return jnp.where(v > 0, v * time - jnp.where(is_braking, saved, 0.0), 0.0)
 
 
+def braking(ending: Ending, v_e: Scalar, at_once: Scalar) -> tuple[Scalar, Scalar]:
+    """From when the robot brakes, s, and with how much, m/s^2; infinite where nothing tells.
+
+    **Arguments:** `at_once`: s, in which a robot stops that has kept its speed until it stops.
+    """
+    brakes = jnp.isfinite(ending.deceleration)
+    stop = stopping_time(ending, v_e)
+    abrupt = jnp.where(jnp.isfinite(stop), jnp.maximum(v_e, LEAST_SPEED) / at_once, jnp.inf)
+    return jnp.where(brakes, ending.reaction, stop), jnp.where(brakes, ending.deceleration, abrupt)
+
+
 class Braking(AbstractEffect):
     """The robot keeps its speed until `reaction`, then brakes with a constant deceleration until it stands still.
 
-    Not a candidate of a diagnosis, which has one of its own: this one is what a user states.
+    Not a candidate of a diagnosis, which has one of its own: this one is what a user states, and the robot carries the
+    flange, whose mass goes on by itself.
     """
 
     component = "robot"
@@ -39,7 +53,7 @@ class Braking(AbstractEffect):
     deceleration: Scalar = strength("m/s^2", 0.0, 200.0, (1.0, 5.0), 5.0, "deceleration")
     reaction: Scalar = strength("s", 0.0, 10.0, (0.01, 0.1), 0.1, "time from contact to braking")
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
+    def carrier_displacement(self, rig: Rig, impact: Impact, t: Scalar) -> tuple[Scalar, Scalar]:
         is_braking = jnp.isfinite(self.deceleration)
         a = jnp.where(is_braking, self.deceleration, 1.0)
         since = jnp.clip(t - self.reaction, 0.0, impact.v_e / a)

@@ -10,26 +10,24 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import Body, reduced_mass, series_stiffness
-from acf_jax.contact.braking import Braking, stopping_time, stopping_travel
+from acf_jax.contact.braking import stopping_time, stopping_travel
 from acf_jax.contact.ending import Ending
+from acf_jax.contact.followed import force_until_rest
 from acf_jax.contact.recoil import Recoil
 from acf_jax.effects import AbstractEffect
 from acf_jax.inference.forward import SAMPLES, STEP_PER_RADIAN, unpack
-from acf_jax.inference.parameters import component_of
+from acf_jax.inference.parameters import component_of, parameters
 from acf_jax.model import Impact, Rig, find_peak
 from acf_jax.model.until import carried_force, largest_force_until
 from acf_jax.predict import LONGEST
 from acf_jax.simulator import LargestForce, largest_force
 from acf_jax.simulator.peak import Force
-from acf_jax.simulator.through import largest_force_through
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 Scalar = Float[Array, ""]
 RIG = ("m", "d", "k_f", "k_c")
 COARSEST = 0.2  # omega h; a coarser grid understates a peak by more than 0.1 %
-FINE = 0.08  # omega h of a simulation until the contact has ended
-FEWEST_STEPS, MOST_STEPS = 4, 50_000  # of each of its parts
-SETTLED = 25.0  # decay times, after which e^{-25} of a swing is left
+BRAKES_ITSELF = "robot_deceleration"  # the effect of a corrected model
 
 
 class ContactPeak(NamedTuple):
@@ -88,19 +86,16 @@ class ClosedForm(AbstractPeak):
         return ContactPeak(peak.f_max, peak.has_peak)
 
     def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
-        """The larger of two: the equations' own force, which holds and pulls where a contact would be lost, and that of
-        a contact that is lost and hits again. The first is in closed form where body and robot allow one.
+        """Of a contact that is lost and hits again, or of one that holds and pulls until the robot has stopped.
+
+        The equations' own force until a clamped contact's robot stops that has kept its speed is in closed form.
         """
-        through = Simulated((), np.inf).through
-        exact = largest_force_until(*coupled(z, body), stopping_time(ending, z[-2]))
-        is_stated = isinstance(body.mobility, float) and isinstance(ending.deceleration, float)
-        if is_stated and body.mobility == 0 and not ending.brakes:  # known before anything is traced
-            found = through(z, body, ending, 0.0)
-            return found._replace(force=found.force.at[0].max(exact))
+        through = jax.vmap(Simulated((), np.inf).through, (None, None, None, 0))
+        both = through(z, body, ending, jnp.array([0.0, 1.0]))
         has_form = (jnp.asarray(body.mobility) == 0) & ~jnp.isfinite(jnp.asarray(ending.deceleration))
-        rebounding, holding = (through(z, body, ending, pull) for pull in (0.0, 1.0))
-        held = jnp.where(has_form, exact, holding.force[0])
-        return rebounding._replace(force=rebounding.force.at[0].max(held))
+        exact = largest_force_until(*coupled(z, body), stopping_time(ending, z[-2]))
+        force = both.force.max(0)
+        return Branches(force.at[0].max(jnp.where(has_form, exact, 0.0)), both.exists.all())
 
     def credits_stiffness(self) -> bool:
         return True
@@ -150,75 +145,57 @@ class Simulated(AbstractPeak):
         """The largest force of one sample and its time; `which` may ask for the sensor's reading instead."""
         rig, effects, fastest = self._against(z, body)
         h = jnp.maximum(jnp.minimum(self.longest_step, STEP_PER_RADIAN / fastest), LONGEST / (SAMPLES - 4))
+        effects = [*effects, Recoil(jnp.asarray(body.mobility))]
         found = largest_force(rig, Impact(z[-2], z[-1]), effects, jax.lax.stop_gradient(h), LONGEST, which)
         return found._replace(exists=found.exists & (fastest * h <= COARSEST))
 
     def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
-        return self.through(z, body, ending, 0.0)
+        found = self.through(z, body, ending, 0.0)
+        if BRAKES_ITSELF not in self.effects:
+            return found
+        # that effect has the flange brake with the robot, and its robot stops when it will: the ending's counts, too
+        places = [
+            k
+            for k, (name, _) in enumerate(parameters(self.effects))
+            if not name.startswith(f"{BRAKES_ITSELF}.")
+        ]
+        others = tuple(name for name in self.effects if name != BRAKES_ITSELF)
+        without = Simulated(others, self.longest_step, self.reach)
+        stated = without.through(jnp.concatenate([z[jnp.array(places)], z[-2:]]), body, ending, 0.0)
+        return Branches(jnp.maximum(found.force, stated.force), found.exists & stated.exists)
 
     def through(self, z: Float[Array, " p"], body: Body, ending: Ending, pull: Scalar | float) -> Branches:
-        """The largest force until the contact has ended, every further contact included; `pull` as for `simulate`.
+        """The largest force until robot and flange are at rest; `pull` as for `force_until_rest`.
 
-        A parabola through three samples misses a maximum by |F_C'''| h^3/(9 sqrt 3) at most; that of a force that bends
-        with (omega + d/m)^3 is added. A robot that brakes is followed for one period beyond its stop.
-        Where the body is clamped, the force of `carried_force` counts, too.
+        Where the body is clamped, the force of `carried_force` counts as well.
         """
         rig, effects, fastest = self._against(z, body)
-        impact = Impact(z[-2], z[-1])
-        stop = stopping_time(ending, impact.v_e)
-        is_braking = jnp.isfinite(ending.deceleration)
-        end = jnp.where(jnp.isfinite(stop), stop, LONGEST)
-        is_clamped = jnp.asarray(body.mobility) == 0
-        end = jnp.where(is_clamped & ~is_braking, jnp.minimum(end, _settled(rig)), end)
-        period = jnp.where(is_braking, 2 * jnp.pi / rig.omega, 0.0)
-        corners = jnp.stack([jnp.where(is_braking, ending.reaction, 0.0), end, end + period])
-        spans = jnp.diff(corners, prepend=0.0)
-        rate = fastest + rig.d / rig.m
-        longest_step = jnp.minimum(self.longest_step, FINE / rate)
-        needed = jax.lax.stop_gradient(jnp.ceil(spans / longest_step))
-        can_be_followed = (needed <= MOST_STEPS).all()
-        steps = jnp.where(can_be_followed & (needed > 0), jnp.maximum(needed, FEWEST_STEPS), 0).astype(int)
-        braking = Braking(jnp.asarray(ending.deceleration), jnp.asarray(ending.reaction))
-        force = largest_force_through(rig, impact, [*effects, braking], corners, steps, pull)
-        widest = jnp.minimum(longest_step, spans.max() / FEWEST_STEPS)
-        between = 1 + jax.lax.stop_gradient(widest * rate) ** 3 / (9 * 3**0.5)
-        travelled = jnp.where(impact.v_e > 0, stopping_travel(ending, impact.v_e), 0.0)
-        carried = jnp.where(is_clamped, carried_force(rig, impact, travelled), 0.0)
-        is_told = jnp.isfinite(stop) | (impact.v_e == 0)
-        return Branches(
-            jnp.stack([force * between, carried]), jnp.isfinite(force) & is_told & can_be_followed
+        impact, brakes_itself = Impact(z[-2], z[-1]), BRAKES_ITSELF in self.effects
+        force, is_known = force_until_rest(
+            rig, impact, effects, body, ending, fastest, self.longest_step, pull, brakes_itself
         )
+        travelled = jnp.where(impact.v_e > 0, stopping_travel(ending, impact.v_e), 0.0)
+        is_clamped = jnp.asarray(body.mobility) == 0
+        carried = jnp.where(is_clamped, carried_force(rig, impact, travelled), 0.0)
+        return Branches(jnp.stack([force, carried]), is_known)
 
     def _against(
         self, z: Float[Array, " p"], body: Body
     ) -> tuple[Rig, list[AbstractEffect], Float[Array, ""]]:
-        """Rig and effects against a body, which recoils, and the fastest rate among them, 1/s."""
+        """Rig and effects against a body, and the fastest rate among them and its recoil, 1/s."""
         rig, effects = unpack(self.effects, z[:-2], self.reach)
         if self.credits_stiffness():
             rig = Rig(rig.m, rig.d, rig.k_f, series_stiffness(rig.k_c, body))
         stiffest = jnp.sqrt((rig.k_f + rig.k_c) * (1 / rig.m + body.mobility))
         # within the decay of a strong damper, as `step_for`: a longer step takes its jump for a peak
         fastest = jnp.maximum(stiffest, STEP_PER_RADIAN * rig.d / rig.m)
-        return rig, [*effects, Recoil(jnp.asarray(body.mobility))], fastest
+        return rig, effects, fastest
 
     def is_simulated(self) -> bool:
         return True
 
     def credits_stiffness(self) -> bool:
         return all(component_of(name) != "contact" for name in self.effects)
-
-
-def _settled(rig: Rig) -> Scalar:
-    """When what the first contact set swinging is gone, s: the rest is carried along. Infinite without damping.
-
-    The slowest decay is that of a flange without contact, delta - sqrt(delta^2 - k_F/m).
-    """
-    delta, spring = rig.delta, rig.k_f / rig.m
-    beyond = delta**2 - spring
-    is_overdamped = beyond > 0
-    fast = delta + jnp.sqrt(jnp.where(is_overdamped, beyond, 1.0))
-    rate = jnp.where(is_overdamped, spring / fast, delta)
-    return jnp.where(rate > 0, SETTLED / jnp.where(rate > 0, rate, 1.0), jnp.inf)
 
 
 class Trained(AbstractPeak):

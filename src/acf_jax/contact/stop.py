@@ -4,14 +4,18 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
 from acf_jax.contact.braking import stopping_time, stopping_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
-from acf_jax.contact.peak import Simulated
+from acf_jax.contact.peak import BRAKES_ITSELF, Simulated
 
 EARLIEST, LONGEST = 1e-4, 1.0  # s, between which a stop is looked for
 HALVINGS = 16  # of the logarithm: to 2 in 10,000
-BRAKING_EFFECT = "robot_deceleration"
 
 
 class Stop(NamedTuple):
@@ -23,13 +27,21 @@ class Stop(NamedTuple):
 
 def stop_of(ending: Ending, v_e: float) -> Stop:
     """The stop of an ending at a contact velocity."""
-    return Stop(float(stopping_time(ending, v_e)), float(stopping_travel(ending, v_e)))
+    if not ending.is_known:
+        return Stop(math.inf, math.inf if v_e > 0 else 0.0)
+    return Stop(*np.asarray(_stop(np.array([*ending, v_e]))).tolist())
+
+
+@jax.jit  # one operation by itself costs as much as a check
+def _stop(x: Float[Array, "5"]) -> Float[Array, "2"]:
+    ending = Ending(*x[:-1])
+    return jnp.stack([stopping_time(ending, x[-1]), stopping_travel(ending, x[-1])])
 
 
 def ending_conflict(model: ContactModel, ending: Ending, v_e: float) -> str:
     """Why an ending cannot be of this contact, with the remedy; empty where it can."""
     laws = [v.peak.original() for v in (model.main, *model.others)]
-    if ending.brakes and any(isinstance(law, Simulated) and BRAKING_EFFECT in law.effects for law in laws):
+    if ending.brakes and any(isinstance(law, Simulated) and BRAKES_ITSELF in law.effects for law in laws):
         return "the corrected model brakes the robot itself: state its end by stop_after or travel"
     travel = stop_of(ending, v_e).travel
     if math.isfinite(travel) and travel > ending.travel * (1 + 1e-9):

@@ -10,6 +10,7 @@ import optimistix as optx
 from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import WALL
+from acf_jax.contact.ended import Ended
 from acf_jax.contact.model import ContactModel, spread
 from acf_jax.design.task import Task, value_and_slope
 
@@ -51,8 +52,11 @@ def conditions(task: Task, factor: float, u: np.ndarray) -> Conditions:
 def sharpened(task: Task, factor: float, u: np.ndarray) -> np.ndarray:
     """The optimum near u, where a search has ended, with bounds met and the rest solving the conditions.
 
-    **Returns:** u itself where Newton's method does not rest, or rests outside the box.
+    **Returns:** u itself where Newton's method does not rest, or rests outside the box, and where the force is followed
+    until an ending, whose samples leave nothing to sharpen.
     """
+    if isinstance(task.model.main.peak, Ended):
+        return u
     there = conditions(task, factor, u)
     met = np.where(there.is_free, u, np.round(u))
     free = tuple(np.flatnonzero(there.is_free).tolist())

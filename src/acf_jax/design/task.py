@@ -12,9 +12,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from acf_jax.contact.body import WALL
+from acf_jax.contact.ended import Ended
 from acf_jax.contact.model import ContactModel, spread
 from acf_jax.design.config import COORDINATE, Goal
 
+DIFFERENCE = 1e-4  # of a range
 SHARE_OF_BLOCK = 4  # an upper force needs a peak's derivatives as well: fewer samples a program
 
 
@@ -135,6 +137,17 @@ def upper_forces(model: ContactModel, z: np.ndarray, margin: Margin) -> Upper:
     return joined[0], joined[1], joined[2]
 
 
+def _differences(task: Task, factor: float, u: np.ndarray) -> tuple[float, np.ndarray]:
+    """The same by central differences, one-sided at the box's faces."""
+    u = np.clip(u, 0.0, 1.0)
+    moved = np.clip(
+        u + DIFFERENCE * np.concatenate([np.zeros((1, u.size)), np.eye(u.size), -np.eye(u.size)]), 0.0, 1.0
+    )
+    value, *beside = upper_forces(task.model, task.point(moved), Margin(factor))[0] / task.limit
+    up, down = np.split(np.array(beside), 2)
+    return float(value), (up - down) / np.diag(moved[1 : u.size + 1] - moved[u.size + 1 :])
+
+
 @eqx.filter_jit
 def _slope(
     model: ContactModel, z: Float[Array, " p"], factor: Float[Array, ""], free: tuple[int, ...]
@@ -149,7 +162,13 @@ def _slope(
 
 
 def value_and_slope(task: Task, factor: float) -> Callable[[np.ndarray], tuple[float, np.ndarray]]:
-    """The function u -> (F + factor sigma)/limit and its gradient in the unit box."""
+    """The function u -> (F + factor sigma)/limit and its gradient in the unit box.
+
+    By differences where the force is followed until an ending: second derivatives of a long simulation would take
+    minutes to compile, and its samples leave no more digits.
+    """
+    if isinstance(task.model.main.peak, Ended):
+        return lambda u: _differences(task, factor, np.asarray(u, float))
 
     @functools.lru_cache(maxsize=2)  # SciPy asks for the value and for the gradient in turn
     def at(key: bytes) -> tuple[float, np.ndarray]:

@@ -97,6 +97,13 @@ class AbstractEffect(eqx.Module):
         """Displacement (m) and velocity (m/s) of the robot in addition to v t."""
         return jnp.zeros_like(t), jnp.zeros_like(t)
 
+    def carrier_displacement(self, rig: Rig, impact: Impact, t: Scalar) -> tuple[Scalar, Scalar]:
+        """Displacement (m) and velocity (m/s), in addition to v t, of the robot as the carrier of the flange.
+
+        The mass has its own inertia, so that only actuator and friction tell it that its carrier slows down.
+        """
+        return jnp.zeros_like(t), jnp.zeros_like(t)
+
     def pad_displacement(self, state: Float[Array, " n_state"]) -> tuple[Scalar, Scalar]:
         """Displacement (m) and velocity (m/s) of the contact point relative to the flange."""
         return jnp.asarray(0.0), jnp.asarray(0.0)

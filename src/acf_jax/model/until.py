@@ -76,7 +76,8 @@ def force_bound(rig: Rig, impact: Impact, t: Scalar) -> Scalar:
         F <= L + sqrt((L - F_P)^2 - F_P^2 + (k_C m v^2 + F_P^2) R),   L = d v + k_F v t,
         R = (d + k_F t)/(d + k_F t_0)
 
-    from the energy in the robot's frame, with t_0 = tau_0/omega, before which no contact can be lost.
+    from the energy in the robot's frame, with t_0 = tau_0/omega, before which no contact can be lost. Where the robot
+    stops at t, the flange does not exceed it afterwards either.
 
     **Arguments:** as of `largest_force_until`.
 

@@ -81,12 +81,12 @@ def _end(s: Situation) -> str:
             " end the robot's own mass would act"
         )
     stop = stop_of(s.ending, s.v_e)
-    until = "until then it keeps its speed; what its stop sets swinging is left out: state its deceleration"
+    until = "until then it keeps its speed"
     if s.ending.brakes:
         until = f"from {1e3 * s.ending.reaction:g} ms on it brakes with {s.ending.deceleration:g} m/s^2"
     return (
         f"the robot has stopped {1e3 * stop.time:.4g} ms and {1e3 * stop.travel:.4g} mm after first contact, and the"
-        f" flange has that much of its stroke left; {until}"
+        f" flange has that much of its stroke left; {until}, and what the flange does when it stops counts"
     )
 
 

@@ -21,7 +21,7 @@ class Response(NamedTuple):
 
 
 class State(NamedTuple):
-    x: Scalar
+    x: Scalar  # m, against a robot that keeps its speed: the paper's x where it does
     x_dot: Scalar
     # of each effect; as vectors, XLA would compute every entry with each
     states: tuple[tuple[Scalar, ...], ...]
@@ -56,11 +56,13 @@ class System(NamedTuple):
         states = self._with_states(y)
         robot = [e.robot_displacement(rig, impact, t, q) for e, q in states]
         pad = [e.pad_displacement(q) for e, q in states]
+        carrier = [e.carrier_displacement(rig, impact, t) for e in self.effects]
+        x, x_dot = y.x + sum(c[0] for c in carrier), y.x_dot + sum(c[1] for c in carrier)
         s = impact.v_e * t + sum(r[0] for r in robot) - y.x - sum(p[0] for p in pad)
         s_dot = impact.v_e + sum(r[1] for r in robot) - y.x_dot - sum(p[1] for p in pad)
         f_0 = impact.f_p - sum(e.initial_relief(impact) for e in self.effects)
         linear = rig.k_c * s + f_0
-        motion = Motion(rig, impact, t, y.x, y.x_dot, s, s_dot, f_0, linear)
+        motion = Motion(rig, impact, t, x, x_dot, s, s_dot, f_0, linear)
         f_c = linear + sum(e.contact_force(motion, q) for e, q in states)
         return motion._replace(f_c=jnp.where(f_c > 0, f_c, self.pull * f_c))
 
@@ -70,7 +72,7 @@ class System(NamedTuple):
         rig, motion = self.rig, self.motion(t, y)
         states = self._with_states(y)
         force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in states)
-        x_ddot = free * (force - rig.d * y.x_dot - rig.k_f * y.x) / rig.m
+        x_ddot = free * (force - rig.d * motion.x_dot - rig.k_f * motion.x) / rig.m
         return State(free * y.x_dot, x_ddot, tuple(tuple(e.rates(motion, x_ddot, q)) for e, q in states))
 
     def free_share(self, t: Scalar, h: Scalar, y: State) -> Scalar:
