@@ -383,6 +383,12 @@ def test_a_header_of_another_length_is_named(tmp_path):
         read(tmp_path / "log.csv", ["time,force, z,velocity", *rows()])
 
 
+@pytest.mark.parametrize("text", ["nan", "nan,nan\nnan,nan\n", "N/A;-\n"])
+def test_a_table_of_nothing_but_missing_values_has_no_time(text, tmp_path):
+    with pytest.raises(InputError, match=r"log\.csv"):
+        read(tmp_path / "log.csv", text.splitlines())
+
+
 def test_rows_of_another_length_are_told_together(tmp_path):
     lines = ["time,force,velocity", *rows()]
     for i in (4, 9, 11):

@@ -115,6 +115,8 @@ def find_header(
         return None
     alike = [i for i, count in plain.items() if count and len(rows[i]) == cells]
     filled = [[rows[i][j] for i in alike if not is_missing(rows[i][j])] for j in range(cells)]
+    if not any(filled):
+        return None
     numeric = [j for j in range(cells) if 2 * sum(map(is_number, filled[j])) > len(filled[j])]
     low = max(j + 1 for j in range(cells) if filled[j])  # a separator may end each row
 
