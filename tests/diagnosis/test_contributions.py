@@ -81,7 +81,11 @@ def test_an_unknown_cause_is_all_background(diagnosed: Diagnosis) -> None:
     assert background.share + scatter.share == pytest.approx(1) and scatter.share < background.share
 
 
-def test_peaks_alone_have_no_force_to_share_out(diagnosed: Diagnosis) -> None:
+@pytest.mark.parametrize("changes", [{"peak_only": np.ones(20, bool)}, {"condition": np.zeros(20, int)}])
+def test_peaks_alone_and_one_condition_have_nothing_to_share_out(
+    changes: dict[str, np.ndarray], diagnosed: Diagnosis
+) -> None:
     d = diagnosed
-    o = replace(d.observations, peak_only=np.ones(len(d.observations.names), bool))
+    few = {name: value[: len(d.observations.names)] for name, value in changes.items()}
+    o = replace(d.observations, **few)
     assert contributions(o, d.fits, d.corrected, d.held, d.scored, d.component, 0) == ()

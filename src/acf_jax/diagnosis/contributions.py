@@ -57,15 +57,15 @@ def contributions(
     `corrected`. `scored`: an effect's interval begins at zero as far as explanations without it are probable.
     `component`: where an unknown cause acts, told by the free curves.
 
-    **Returns:** nothing where there are no traces, or the recalibrated model misses nothing.
+    **Returns:** nothing where there are no traces, where all trials have one condition, or where the recalibrated model
+    misses nothing.
     """
     o = observations
-    used = o.traced
-    if not used.any():
+    used, groups = o.traced, np.unique(o.condition)
+    if not used.any() or len(groups) < 2:
         return ()
     effects = () if is_free_curve(corrected.explanation) else corrected.explanation
     after = held["corrected"] if effects else held["recalibrated"]
-    groups = np.unique(o.condition)
 
     def sums(values: np.ndarray) -> np.ndarray:
         return np.array([values[used & (o.condition == g)[:, None]].sum() for g in groups])
