@@ -162,13 +162,18 @@ def test_machines_that_have_only_what_is_installed_draw_the_same_data(tmp_path):
 
 
 def test_the_command_is_that_of_the_folder_and_works_from_anywhere(tmp_path):
-    """Also where the caller has another folder of that name."""
+    """Also where the caller has another folder of that name; of the source, which is not installed with the package."""
     (tmp_path / "validation").mkdir()
     (tmp_path / "validation/__init__.py").write_text("raise RuntimeError('not mine')")
     for module, cwd in (("acf_jax", tmp_path), ("validation.blind", ROOT)):
         words = ["blind"] * (module == "acf_jax") + ["seal", str(tmp_path)]
         finished = subprocess.run(
-            [sys.executable, "-m", module, *words], cwd=cwd, capture_output=True, text=True, check=False
+            [sys.executable, "-m", module, *words],
+            cwd=cwd,
+            capture_output=True,
+            text=True,
+            check=False,
+            env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
         )
         assert finished.returncode == 2
         assert (
