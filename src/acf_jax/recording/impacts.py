@@ -117,9 +117,10 @@ def _found(session: Session, options: Contacts, known: RigPrior, review: Sequenc
     cuts = weighed(cuts, review is not None, options)
     step = sampling_interval(session.force)
     slow = too_slow(step, impact_duration([c for c in cuts if c.keep] or cuts, step, known.impact_time))
+    # what is wrong with clock or unit makes impacts look short
+    notes = (*shown.notes, slow) if slow and not faults else shown.notes
     if not faults and sum(cut.keep for cut in cuts) < LEAST:
         faults = [_too_few(session, cuts, slow)]
-    notes = (*shown.notes, slow) if slow else shown.notes
     return Impacts(shown, level, tuple(cuts), notes, faults=tuple(faults))
 
 
