@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from acf_jax.folders import read_folder, recover, whole_folder
+from tests.killed import AT_A_RENAME
 
 MINE = {"notes.txt": b"mine", "traces/mine.csv": b"mine"}
 OLD = {"report.html": b"old", "traces/t000.csv": b"old", "traces/t001.csv": b"old"}
@@ -79,20 +80,15 @@ def put(folder: Path, files: dict[str, bytes]) -> None:
         (folder / name).write_bytes(content)
 
 
-KILLED = """
-import os, sys
+KILLED = (
+    AT_A_RENAME
+    + """
 sys.path.insert(0, "tests")
 from pathlib import Path
 from test_folders import write
-at, moves, rename = int(sys.argv[2]), [], os.replace
-def replace(source, destination):
-    moves.append(source)
-    if len(moves) == at:
-        os.kill(os.getpid(), 9)
-    rename(source, destination)
-os.replace = replace
 write(Path(sys.argv[1]))
 """
+)
 
 
 @pytest.mark.parametrize("at", range(1, MOVES + 2))
@@ -101,7 +97,7 @@ def test_a_kill_at_any_move_is_recovered(at, tmp_path):
     out = tmp_path / "out"
     put(out, MINE | OLD)
     root = Path(__file__).parents[1]
-    done = subprocess.run([sys.executable, "-c", KILLED, str(out), str(at)], cwd=root, check=False)
+    done = subprocess.run([sys.executable, "-c", KILLED, str(at), str(out)], cwd=root, check=False)
     assert done.returncode == (-signal.SIGKILL if at <= MOVES else 0)
     recover(out)
     assert read_folder(tmp_path) == {

@@ -13,10 +13,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from acf_jax.inference.fit import FARTHEST, LEAST_ZERO
-from acf_jax.inference.observations import COMMON_TRIGGER, TRIGGER, Observations
+from acf_jax.inference.observations import COMMON_TRIGGER, N_NUISANCE, TRIGGER, Observations
 from acf_jax.inference.parameters import COMMON, Explanation, begin, coordinates, starts
 
-N_NUISANCE = 3  # of a trial that does not ring: velocity, pretension, trigger time
 STEP = 1e-2  # of a difference, in prior standard deviations
 FTOL = 1e-5  # as `acf_jax.inference.fit.fit` stops
 RTOL, ATOL = 1e-6, 1e-9  # forces then err by about 1e-3 N, the noise is 1 N

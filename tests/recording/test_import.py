@@ -21,6 +21,7 @@ from acf_jax.dataset.trials import Prior, RigPrior
 from acf_jax.errors import InputError
 from acf_jax.recording import Mapping, find_impacts, read_session
 from acf_jax.recording.page import import_page
+from tests.killed import AT_A_RENAME
 
 RATE = 4000.0
 TYPICAL = RigPrior(Prior(2.1, 0.04), Prior(60.0, 18.0), Prior(800.0, 500.0), Prior(3.4e5, 4e4))
@@ -226,18 +227,7 @@ def test_without_a_rig_there_is_a_template(tmp_path):
     assert description.read_text() == half  # nothing that a user wrote is lost
 
 
-KILLED = """
-import os, sys
-at, moves, rename = int(sys.argv.pop(1)), [], os.replace
-def replace(source, destination):
-    moves.append(source)
-    if len(moves) == at:
-        os.kill(os.getpid(), 9)
-    rename(source, destination)
-os.replace = replace
-from acf_jax.cli.main import main
-main()
-"""
+KILLED = AT_A_RENAME + "from acf_jax.cli.main import main; main()"
 
 
 @pytest.mark.parametrize("at", [4, 15, 28])

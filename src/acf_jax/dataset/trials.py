@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -88,7 +89,7 @@ class GapDataset:
     measurement: Measurement
     trials: tuple[Trial, ...]
 
-    @property
+    @cached_property
     def condition_of(self) -> tuple[int, ...]:
         """The number of each trial's condition, in the order of their first appearance.
 

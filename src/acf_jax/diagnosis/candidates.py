@@ -94,7 +94,7 @@ def fit_more(
     iterations: int = ITERATIONS,
 ) -> Fit:
     """A fitted explanation with one more effect, from its strong start and from what it promised (`Ground.promise`)."""
-    blocks = dict(zip(fitted.explanation, _blocks(fitted), strict=True))
+    blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
 
     def beside(start: np.ndarray) -> np.ndarray:
@@ -129,7 +129,7 @@ def in_parallel(tasks: Sequence[Callable[[], Result]]) -> list[Result]:
         return list(pool.map(lambda task: task(), tasks))
 
 
-def _blocks(fitted: Fit) -> list[np.ndarray]:
+def blocks_of(fitted: Fit) -> list[np.ndarray]:
     """The parameters of each effect of a fit."""
     sizes = [len(cls.parameters()) for cls in classes(fitted.explanation)]
     return np.split(fitted.physical[4:], np.cumsum(sizes)[:-1]) if sizes else []

@@ -14,19 +14,19 @@ from math import factorial
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import best, in_parallel
+from acf_jax.diagnosis.candidates import best, blocks_of, in_parallel
 from acf_jax.diagnosis.heldout import TIMING, HeldOut
+from acf_jax.diagnosis.shrinkage import ENDS, resample
 from acf_jax.effects import library
 from acf_jax.evidence.posterior import Scored
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, every_effect, is_free_curve
+from acf_jax.inference.parameters import RIG, Explanation, is_free_curve
 
 BACKGROUND, SCATTER = "background", "scatter"
-RESAMPLES = 1000
-ENDS = (0.025, 0.975)
+RESAMPLES = 1000  # of the bootstrap: the ends of an interval are known to a few hundredths of its width
 
 
 @dataclass(frozen=True)
@@ -79,12 +79,11 @@ def contributions(
     changes = _changes(o, fits, corrected) if effects else []
     gap = held["recalibrated"].residual
     by_effect = np.array([sums(change * gap) for change in changes]).reshape(len(effects), len(groups))
-    draws = np.random.default_rng(seed).integers(0, len(groups), (RESAMPLES, len(groups)))
-    drawn = np.concatenate([np.arange(len(groups))[None], draws])
+    drawn = np.concatenate([np.arange(len(groups))[None], resample(len(groups), seed, RESAMPLES)])
     shares = _shares(*(v[..., drawn].sum(-1) for v in (before, left, floor, by_effect)))
     alone = _shares(before, left, floor, by_effect)
     rms = np.sqrt(alone * before / np.maximum(samples, 1))
-    peaks = _peaks(o, held["recalibrated"], after, changes)
+    peaks = _peaks(o, after, changes)
     told = [sum(s.probability for s in scored if name in s.explanation) for name in effects]
     result = []
     for k, name in enumerate((*effects, BACKGROUND, SCATTER)):
@@ -149,10 +148,7 @@ def _changes(o: Observations, fits: Sequence[Fit], corrected: Fit) -> list[np.nd
 
 def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fit:
     """A fit of some of a fit's effects, from its parameters and from its rig's prior."""
-    blocks, at = {}, len(RIG)
-    for name in corrected.explanation:
-        n = len(every_effect()[name].parameters())
-        blocks[name], at = corrected.theta[at : at + n], at + n
+    blocks = dict(zip(corrected.explanation, blocks_of(corrected), strict=True))
     kept = [blocks[name] for name in effects]
     rigs = corrected.theta[: len(RIG)], o.prior.values
     return best(
@@ -167,9 +163,7 @@ def _predicted(o: Observations, fitted: Fit) -> np.ndarray:
     return linearise(o, fitted.explanation, fitted.coordinates, fitted.u, nuisance, fitted.grid).predicted
 
 
-def _peaks(
-    o: Observations, recalibrated: HeldOut, after: HeldOut, changes: Sequence[np.ndarray]
-) -> list[float]:
+def _peaks(o: Observations, after: HeldOut, changes: Sequence[np.ndarray]) -> list[float]:
     """N RMS over trials at the measured peak: by each effect, by the background, by scatter."""
     traces = np.flatnonzero(o.traced.any(1))
     top = np.where(o.traced, o.force, -np.inf)[traces].argmax(1)

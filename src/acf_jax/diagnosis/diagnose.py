@@ -193,9 +193,7 @@ def diagnose(
         gap=gap,
         noise_floor_rms_n=floor,
         comparison=comparison,
-        contributions=contributions(
-            observations, [recalibrated, *fits], corrected, held, scored, component, seed
-        ),
+        contributions=contributions(observations, fits, corrected, held, scored, component, seed),
         form_error=form,
         shrinkage_force=claims.agreeing(shrinkage, gap["recalibrated"], gap["corrected"], floor)
         if is_stated

@@ -89,7 +89,7 @@ def force_shrinkage(
     left, gap, floor, samples = sums.sum(0)
     if not samples or gap <= 0:
         return None
-    draws = _resample(len(groups), seed)
+    draws = resample(len(groups), seed)
     resampled = sums[draws].sum(1)
     resampled = resampled[resampled[:, 3] > 0]
     unsure = max(float((resampled[:, 0] / resampled[:, 3]).std()), floor / samples * np.sqrt(2 / samples))
@@ -171,7 +171,7 @@ def peak_shrinkage(
         return 1 - np.sqrt(total[..., 1] / np.where(gap > 0, gap, np.nan))
 
     value = float(shrink(by_group.sum(0)))
-    values = shrink(by_group[_resample(len(groups), seed)].sum(1))
+    values = shrink(by_group[resample(len(groups), seed)].sum(1))
     values = values[np.isfinite(values)]
     if not np.isfinite(value) or values.size < RESAMPLES / 2:
         return None
@@ -188,5 +188,6 @@ def _by_condition(condition: np.ndarray, per_trial: list[np.ndarray]) -> tuple[n
     return groups, np.stack([table[condition == g].sum(0) for g in groups])
 
 
-def _resample(groups: int, seed: int) -> np.ndarray:
-    return np.random.default_rng(seed).integers(0, groups, (RESAMPLES, groups))
+def resample(groups: int, seed: int, count: int = RESAMPLES) -> np.ndarray:
+    """(count, groups) a bootstrap over conditions: which of them each resample takes."""
+    return np.random.default_rng(seed).integers(0, groups, (count, groups))

@@ -16,7 +16,7 @@ from acf_jax.inference.fit import Fit, grid_for
 from acf_jax.inference.forward import Grid, plain_forward
 from acf_jax.inference.interpolation import combine, taps
 from acf_jax.inference.linear import is_bounded
-from acf_jax.inference.observations import Observations
+from acf_jax.inference.observations import N_NUISANCE, Observations
 from acf_jax.inference.parameters import RIG, every_effect
 from acf_jax.inference.projection import Projector, Reduced
 
@@ -55,7 +55,7 @@ class _Near:
     def __init__(self, observations: Observations, recalibrated: Fit):
         self.observations, self.rig = observations, recalibrated.theta[: len(RIG)]
         self.projector = Projector.of(recalibrated)
-        shift = recalibrated.nuisance[:, :3] * observations.nuisance_std
+        shift = recalibrated.nuisance[:, :N_NUISANCE] * observations.nuisance_std
         self.times = observations.time - (shift[:, 2] + recalibrated.common[1])[:, None]
         # repeats differ so little that one simulation does for all of them
         _, self.member = np.unique(observations.condition, return_inverse=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from acf_jax.inference.forward import Forces, Grid, forward
 from acf_jax.inference.interpolation import combine, peak_of, taps
-from acf_jax.inference.observations import Observations
+from acf_jax.inference.observations import N_NUISANCE, Observations
 from acf_jax.inference.parameters import COMMON, Coordinates, Explanation
 
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
@@ -54,7 +54,7 @@ def linearise(
     """Run the simulator and compare it with the measured samples; `reach` is that of `forward`."""
     o = observations
     spread = o.nuisance_std
-    shift = nuisance[:, : spread.shape[1]] * spread
+    shift = nuisance[:, :N_NUISANCE] * spread
     theta = at.value(u)
     physical, common = theta[:-COMMON], theta[-COMMON:]
     forces = forward(explanation, physical, o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
@@ -80,7 +80,7 @@ def compare(
     near, weight, rate_weight = taps(times, h, forces.contact)
     at = combine(forces.rows, near, weight)
     predicted, tangents = at[:, 0] + zero * ~o.peak_only[:, None], at[:, 1:]
-    predicted += np.einsum("ir,irn->in", nuisance[:, 3:], ringing)
+    predicted += np.einsum("ir,irn->in", nuisance[:, N_NUISANCE:], ringing)
     timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
 
     first = 1 + p + COMMON  # row of a nuisance
@@ -91,7 +91,7 @@ def compare(
     rows[:, p + 2] = timing * slope[p + 1]
     rows[:, first : first + 2] = tangents[:, p:] * spread[:, :2, None]
     rows[:, first + 2] = timing * spread[:, 2:]
-    rows[:, first + 3 :] = ringing
+    rows[:, first + N_NUISANCE :] = ringing
     rows *= o.used[:, None]
     scatter = rows[:, first:].copy()
     rows = o.whiten(rows)

@@ -21,6 +21,7 @@ ONSET = (
 TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the common one, in sampling intervals
 SHORTEST_INTERVAL, LONGEST_INTERVAL = 1e-7, 10.0  # s, between samples: beyond, time is in another unit
 SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
+N_NUISANCE = 3  # of every trial: velocity, pretension, trigger time; those of rings come behind
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
 
@@ -68,7 +69,7 @@ class Observations:
     @property
     def n_nuisances(self) -> int:
         """Of a trial: velocity, pretension, trigger time, and two of each ring."""
-        return 3 + 2 * len(self.rings)
+        return N_NUISANCE + 2 * len(self.rings)
 
     @cached_property
     def ringing(self) -> np.ndarray:

@@ -8,9 +8,6 @@ from acf_jax.recording.cut import Cut
 
 TOLD = 0.01  # of a peak; less is below what velocities and sensors are uncertain by
 _MISSED = 1e-3  # of a peak, at the rate that is advised
-_RESOLVED = (
-    2.0  # samples from the peak to half of it, below which their number says little about how long it lasts
-)
 _ROUND = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0)
 
 
