@@ -82,6 +82,13 @@ class Shrinkage(_Part):
     force: Claim | None
 
 
+class Contribution(_Part):
+    """A part of the gap: an effect's, or what no law explains (`background`), or what repeats do not share."""
+
+    effect: str
+    force_share: Claim
+
+
 class Parameter(_Part):
     """A fitted parameter."""
 
@@ -104,6 +111,7 @@ class Said(_Part):
     indistinguishable: tuple[Class, ...]
     where: Where
     shrinkage: Shrinkage
+    contributions: tuple[Contribution, ...] | None = None
     parameters: dict[str, Parameter]
     excluded_trials: tuple[Excluded, ...]
 

@@ -59,6 +59,7 @@ def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> 
         "component_right": max(said.where.component, key=said.where.component.__getitem__)
         in row["components"],
         "shrinkage": None if claim is None else {"value": claim.value, "ci95": list(claim.ci95)},
+        "unexplained": _unexplained(said),
         "excluded": [e.trial for e in said.excluded_trials],
         "seconds": _seconds(result / "seconds.txt"),
         "rig_error": _rig_error(said, answer),
@@ -112,6 +113,14 @@ def _explained(
         "covered_in_class": any(is_right(e) or one_class(e) for e in credible),
         "one_right": is_right(first) or bool(set(first) & set(truth)),
     }
+
+
+def _unexplained(said: Said) -> dict[str, Any] | None:
+    """The share of the gap that is claimed to be no law's, and that of scatter; None where no law is named."""
+    parts = {c.effect: c.force_share for c in said.contributions or ()}
+    if len(parts) < 3:
+        return None
+    return {"ci95": list(parts["background"].ci95), "scatter": parts["scatter"].value}
 
 
 def _rig_error(said: Said, answer: Answer) -> dict[str, float]:

@@ -77,6 +77,7 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
         "credible_set_size": _mean([len(r["credible"]) for r in answered]),
         "calibration": _calibration(answered),
         "shrinkage": _shrinkage([r for r in answered if r["kind"] != "none"]),
+        "contributions": _contributions([r for r in answered if r["kind"] != "none"]),
         "rig_within_2_sigma": _rig(
             [r for r in answered if r["first_right"] and r["kind"] in ("none", "single", "pair")]
         ),
@@ -146,6 +147,23 @@ def _shrinkage(rows: Sequence[Row]) -> dict[str, Any] | None:
         "median_ratio": float(np.median(ratio)),
         "worst_ratio": float(ratio.max()),
     }
+
+
+def _contributions(rows: Sequence[Row]) -> dict[str, Any] | None:
+    """What the laws leave of the gap on noise-free unseen conditions, against the claimed interval of the background.
+
+    Of what is not scatter they leave the square of the ratio of both models' errors.
+    """
+    claimed = [r for r in rows if r.get("unexplained") and "ratio" in r]
+    if not claimed:
+        return None
+
+    def is_inside(row: Row) -> bool:
+        low, high = row["unexplained"]["ci95"]
+        return bool(low <= (1 - row["unexplained"]["scatter"]) * min(row["ratio"], 1.0) ** 2 <= high)
+
+    ends = np.array([r["unexplained"]["ci95"] for r in claimed])
+    return {"inside": share(claimed, is_inside), "median_width": float(np.median(ends[:, 1] - ends[:, 0]))}
 
 
 def _rig(rows: Sequence[Row]) -> dict[str, Any]:

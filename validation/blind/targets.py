@@ -16,7 +16,7 @@ class Target(NamedTuple):
 def targets(score: dict[str, Any]) -> list[Target]:
     """The targets in the order of the score's table."""
     weak, ceiling = score["weak"]["first"], score["weak"]["ceiling"]
-    calibration, shrinkage = score["calibration"], score["shrinkage"]
+    calibration = score["calibration"]
     beyond = calibration["expected_error"] - calibration["by_chance_95"] if calibration else None
     relative = weak["share"] / ceiling if ceiling and weak["n"] else None
     return [
@@ -47,11 +47,16 @@ def targets(score: dict[str, Any]) -> list[Target]:
             else "-",
             None if beyond is None else beyond <= 0.05,
         ),
-        _at_least("real shrinkage inside the claimed interval", shrinkage["inside"], 0.90)
-        if shrinkage
-        else Target("real shrinkage inside the claimed interval", "at least 90 %", 0.90, "-", None),
+        _inside("real shrinkage inside the claimed interval", score["shrinkage"]),
+        _inside("what no law explains inside the claimed interval", score["contributions"]),
         _at_most("lifelike rigs identified and wrong", score["lifelike"]["identified_wrong"], 0.03),
     ]
+
+
+def _inside(name: str, claimed: dict[str, Any] | None) -> Target:
+    return (
+        _at_least(name, claimed["inside"], 0.90) if claimed else Target(name, "at least 90%", 0.90, "-", None)
+    )
 
 
 def _at_least(name: str, share: dict[str, Any], asked: float) -> Target:

@@ -1,5 +1,7 @@
 """The figures of a score."""
 
+import pytest
+
 from validation.blind.page import score_page
 from validation.blind.summary import summarise
 from validation.blind.table import lines
@@ -83,3 +85,17 @@ def test_a_run_without_lifelike_rigs_says_nothing_of_them() -> None:
     assert next(t for t in targets(score) if "lifelike" in t.name).met is None
     assert "lifelike rigs without" not in lines([NONE], score)
     assert "Large effects among" not in str(score_page("rig", [NONE], score))
+
+
+def test_what_no_law_explains_is_compared_with_what_the_laws_leave() -> None:
+    """A tenth is scatter; a ratio of 0.5 leaves a quarter of the other nine tenths."""
+    rows = [
+        LIFELIKE | {"set": name, "ratio": ratio, "unexplained": {"ci95": [0.2, 0.3], "scatter": 0.1}}
+        for name, ratio in (("a", 0.5), ("b", 0.7))
+    ]
+    score = summarise([NONE, LIFELIKE, *rows])
+    inside = score["contributions"]["inside"]
+    assert (inside["right"], inside["n"]) == (1, 2)
+    assert score["contributions"]["median_width"] == pytest.approx(0.1)
+    (target,) = (t for t in targets(score) if "no law" in t.name)
+    assert target.met is False
