@@ -8,6 +8,7 @@ import numpy as np
 
 from acf_jax.dataset import read_conditions, read_dataset
 from acf_jax.dataset.columns import read_columns
+from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER
 from acf_jax.effects import library
 from acf_jax.errors import InputError
 from acf_jax.files import read_text
@@ -118,9 +119,9 @@ def _explained(
 def _unexplained(said: Said) -> dict[str, Any] | None:
     """The share of the gap that is claimed to be no law's, and that of scatter; None where no law is named."""
     parts = {c.effect: c.force_share for c in said.contributions or ()}
-    if len(parts) < 3:
+    if not parts.keys() - {BACKGROUND, SCATTER}:
         return None
-    return {"ci95": list(parts["background"].ci95), "scatter": parts["scatter"].value}
+    return {"ci95": list(parts[BACKGROUND].ci95), "scatter": parts[SCATTER].value}
 
 
 def _rig_error(said: Said, answer: Answer) -> dict[str, float]:

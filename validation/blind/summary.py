@@ -135,15 +135,9 @@ def _shrinkage(rows: Sequence[Row]) -> dict[str, Any] | None:
     claimed = [r for r in rows if r.get("shrinkage") and "ratio" in r]
     if not claimed:
         return None
-    ends = np.array([r["shrinkage"]["ci95"] for r in claimed])
-    width = ends[:, 1] - ends[:, 0]
-    inside = share(
-        claimed, lambda r: r["shrinkage"]["ci95"][0] <= 1 - r["ratio"] <= r["shrinkage"]["ci95"][1]
-    )
     ratio = np.array([r["ratio"] for r in claimed])
     return {
-        "inside": inside,
-        "median_width": float(np.median(width)),
+        **_claims(claimed, "shrinkage", lambda r: 1 - r["ratio"]),
         "median_ratio": float(np.median(ratio)),
         "worst_ratio": float(ratio.max()),
     }
@@ -157,13 +151,18 @@ def _contributions(rows: Sequence[Row]) -> dict[str, Any] | None:
     claimed = [r for r in rows if r.get("unexplained") and "ratio" in r]
     if not claimed:
         return None
+    return _claims(
+        claimed, "unexplained", lambda r: (1 - r["unexplained"]["scatter"]) * min(r["ratio"], 1.0) ** 2
+    )
 
-    def is_inside(row: Row) -> bool:
-        low, high = row["unexplained"]["ci95"]
-        return bool(low <= (1 - row["unexplained"]["scatter"]) * min(row["ratio"], 1.0) ** 2 <= high)
 
-    ends = np.array([r["unexplained"]["ci95"] for r in claimed])
-    return {"inside": share(claimed, is_inside), "median_width": float(np.median(ends[:, 1] - ends[:, 0]))}
+def _claims(rows: Sequence[Row], key: str, real: Callable[[Row], float]) -> dict[str, Any]:
+    """How many of the intervals claimed under a key hold what is real, and how wide they are in the median."""
+    ends = np.array([r[key]["ci95"] for r in rows])
+    return {
+        "inside": share(rows, lambda r: bool(r[key]["ci95"][0] <= real(r) <= r[key]["ci95"][1])),
+        "median_width": float(np.median(ends[:, 1] - ends[:, 0])),
+    }
 
 
 def _rig(rows: Sequence[Row]) -> dict[str, Any]:

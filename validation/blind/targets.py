@@ -2,6 +2,8 @@
 
 from typing import Any, NamedTuple
 
+from validation.blind.summary import counted
+
 
 class Target(NamedTuple):
     """One line of the score: what was asked for and what came out."""
@@ -54,9 +56,7 @@ def targets(score: dict[str, Any]) -> list[Target]:
 
 
 def _inside(name: str, claimed: dict[str, Any] | None) -> Target:
-    return (
-        _at_least(name, claimed["inside"], 0.90) if claimed else Target(name, "at least 90%", 0.90, "-", None)
-    )
+    return _at_least(name, claimed["inside"] if claimed else counted(0, 0), 0.90)
 
 
 def _at_least(name: str, share: dict[str, Any], asked: float) -> Target:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from validation.blind.answer import Answer, Failed, Said
-from validation.blind.score import _explained, force_at, score_one
+from validation.blind.score import _explained, _unexplained, force_at, score_one
 
 LARGE, SMALL = ["contact_hardening", "sensor_lag"], ["gravity", "pad_mass"]
 
@@ -94,3 +94,17 @@ def test_a_set_with_a_background_is_lifelike(answer, truth, components) -> None:
     row = score_one(Path("a"), Path("b"), Failed(error="no trials"), answer)
     assert (row["kind"], row["truth"], row["components"]) == ("lifelike", truth, components)
     assert row["background"] == ["gravity"]
+
+
+def test_what_is_said_to_be_no_laws_is_scored_where_a_law_is_named() -> None:
+    def part(effect: str, value: float) -> dict[str, object]:
+        return {"effect": effect, "force_share": {"value": value, "ci95": [value - 0.1, value + 0.1]}}
+
+    rest = [part("background", 0.3), part("scatter", 0.1)]
+    named, unknown = (
+        Said.model_validate(said(["gravity"]).model_dump() | {"contributions": parts})
+        for parts in ([part("gravity", 0.6), *rest], rest)
+    )
+    found = _unexplained(named)
+    assert found and found["scatter"] == 0.1 and found["ci95"] == pytest.approx([0.2, 0.4])
+    assert _unexplained(unknown) is None and _unexplained(said(["gravity"])) is None
