@@ -1,5 +1,6 @@
 """Programs that are kept between runs: traced once, and again where anything that they are made from differs."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -7,10 +8,13 @@ import jax
 import numpy as np
 import pytest
 
+import acf_jax
 from acf_jax import kept as module
+from acf_jax.inference.forward import MADE_OF
 from acf_jax.kept import kept
 from acf_jax.start import start_jax
 
+SOURCES = ("model",)
 NUMBER = (jax.ShapeDtypeStruct((), float),)
 
 
@@ -36,7 +40,7 @@ class Counted:
 
 def _traces(name: str = "double") -> int:
     program = Counted()
-    assert np.asarray(kept(program, name, NUMBER)(1.5)) == 3.0
+    assert np.asarray(kept(program, name, NUMBER, SOURCES)(1.5)) == 3.0
     return program.traces
 
 
@@ -47,10 +51,37 @@ def test_a_program_is_traced_once(traced: Path) -> None:
     assert len(list(traced.iterdir())) == 2
 
 
-def test_other_source_is_traced_again(traced: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _traces()
-    monkeypatch.setattr(module, "_origin", lambda: "another version")
-    assert _traces() == 1
+def test_other_source_is_traced_again(traced: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the folders that the program is made of; what stands elsewhere does not matter."""
+    package = tmp_path / "package"
+    for folder in ("model", "report"):
+        (package / folder).mkdir(parents=True)
+        (package / folder / "a.py").write_text("one")
+    monkeypatch.setattr(acf_jax, "__file__", str(package / "__init__.py"))
+
+    def change(folder: str) -> int:
+        (package / folder / "a.py").write_text("another")
+        module._origin.cache_clear()
+        return _traces()
+
+    try:
+        module._origin.cache_clear()
+        assert _traces() == 1
+        assert change("report") == 0
+        assert change("model") == 1
+    finally:
+        module._origin.cache_clear()
+
+
+def test_a_forward_program_is_made_of_the_folders_it_names() -> None:
+    """No folder that it names imports another one that computes."""
+    root = Path(acf_jax.__file__).parent
+    allowed = {*(source.partition("/")[0] for source in MADE_OF), "dataset", "errors", "kept"}
+    files = module.files_of(root, MADE_OF)
+    assert root / "inference" / "forward.py" in files and root / "effects" / "gravity.py" in files
+    for path in files:  # data come in as arguments
+        named = re.findall(r"^\s*(?:from|import) acf_jax\.(\w+)", path.read_text("utf-8"), re.M)
+        assert set(named) <= allowed, path
 
 
 @pytest.mark.parametrize("content", [b"", b"damaged" * 100])
@@ -83,3 +114,14 @@ def test_a_user_without_a_home_computes_without_a_cache(
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr(Path, "home", no_home)
     start_jax()
+
+
+def test_an_option_that_the_compiler_does_not_know_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    module._options.cache_clear()
+    assert module._options() == module.COMPILER | module.QUICKER
+    monkeypatch.setattr(module, "QUICKER", {"xla_no_such_option": True})
+    module._options.cache_clear()
+    try:
+        assert module._options() == module.COMPILER
+    finally:
+        module._options.cache_clear()

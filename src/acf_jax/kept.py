@@ -14,32 +14,49 @@ from jax import export
 import acf_jax
 from acf_jax.files import write_bytes
 
-COMPILER = {"xla_backend_optimization_level": 1}  # compiling costs more than running; this runs as fast
+# compiling costs more than running; this runs as fast
+COMPILER: dict[str, Any] = {"xla_backend_optimization_level": 1}
+QUICKER: dict[str, Any] = {"xla_cpu_use_fusion_emitters": False}  # compiles in two thirds of the time
 MADE_WITH = ("jax", "jaxlib", "equinox", "numpy")
 HASH = sha256().digest_size
 
 
 def kept(
-    function: Callable[..., Any], name: str, arguments: tuple[jax.ShapeDtypeStruct, ...]
+    function: Callable[..., Any],
+    name: str,
+    arguments: tuple[jax.ShapeDtypeStruct, ...],
+    sources: tuple[str, ...],
 ) -> Callable[..., Any]:
-    """The function, compiled; traced again only where this package's source, JAX or its device is another one.
+    """The function, compiled; traced again only where its source, JAX or its device is another one.
 
-    **Arguments:** `name`: tells it from every other function that is kept. `arguments`: shapes and types.
+    **Arguments:** `name`: tells it from every other function that is kept. `arguments`: shapes and types. `sources`:
+    folders and files of this package that hold all that the function calls.
 
     Without a cache of compiled code, which `start_jax` makes, or where that cannot be written, nothing is kept.
     """
-    traced = jax.jit(function, compiler_options=COMPILER)
+    options = _options()
+    traced = jax.jit(function, compiler_options=options)
     cache = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]  # JAX makes it as it runs
     if not cache:
         return traced
-    key = sha256(repr((_origin(), jax.default_backend(), name, arguments)).encode()).hexdigest()
+    key = sha256(repr((_origin(sources), jax.default_backend(), name, arguments)).encode()).hexdigest()
     path = Path(cache).with_name("traced") / key
     content = _read(path)
     if content is None:
         content = bytes(export.export(traced)(*arguments).serialize())
         with contextlib.suppress(OSError):
             write_bytes(path, sha256(content).digest() + content)
-    return jax.jit(export.deserialize(bytearray(content)).call, compiler_options=COMPILER)
+    return jax.jit(export.deserialize(bytearray(content)).call, compiler_options=options)
+
+
+@functools.cache
+def _options() -> dict[str, Any]:
+    """What compiles quickly, of what this version of the compiler knows."""
+    try:
+        jax.jit(lambda: 0.0, compiler_options=COMPILER | QUICKER)()
+    except jax.errors.JaxRuntimeError:
+        return COMPILER
+    return COMPILER | QUICKER
 
 
 def _read(path: Path) -> bytes | None:
@@ -53,11 +70,17 @@ def _read(path: Path) -> bytes | None:
 
 
 @functools.cache
-def _origin() -> str:
-    """What a program is made from: the source of this package, JAX, and what it is written with."""
+def _origin(sources: tuple[str, ...]) -> str:
+    """What a program is made from: some source of this package, JAX, and what it is written with."""
     folder = Path(acf_jax.__file__).parent
-    digest = sha256()
-    for path in sorted(folder.rglob("*.py")):
+    digest = sha256(Path(__file__).read_bytes())
+    for path in files_of(folder, sources):
         digest.update(f"{path.relative_to(folder)}\n".encode())
         digest.update(sha256(path.read_bytes()).digest())
     return " ".join([digest.hexdigest(), *(version(name) for name in MADE_WITH)])
+
+
+def files_of(folder: Path, sources: tuple[str, ...]) -> list[Path]:
+    """All Python files among some files and folders."""
+    named = [folder / source for source in sources]
+    return sorted(path for one in named for path in ([one] if one.is_file() else one.rglob("*.py")))

@@ -181,10 +181,13 @@ def _closed_stroke(effect: AbstractEffect) -> tuple[jax.Array, jax.Array]:
         now = Motion(RIG, impact, t, x, x_dot, s, s_dot, jnp.asarray(0.0), RIG.k_c * s)
         return now._replace(f_c=now.f_c + effect.contact_force(now, state))
 
+    def onward(state, span, rates):
+        return tuple(value + span * rate for value, rate in zip(state, rates, strict=True))
+
     def body(k, carry):
         state, absorbed, exchanged = carry
         t = k * h
-        half = state + h / 2 * effect.rates(motion(t, state), 1e-3 * turn**2 * jnp.cos(turn * t), state)
+        half = onward(state, h / 2, effect.rates(motion(t, state), 1e-3 * turn**2 * jnp.cos(turn * t), state))
         now = motion(t + h / 2, half)
         x_ddot = 1e-3 * turn**2 * jnp.cos(turn * now.t)
         power = (
@@ -193,8 +196,8 @@ def _closed_stroke(effect: AbstractEffect) -> tuple[jax.Array, jax.Array]:
             + now.f_c * effect.pad_displacement(half)[1]
             - now.f_c * effect.robot_displacement(RIG, impact, now.t, half)[1]
         )
-        state = state + h * effect.rates(now, x_ddot, half)
+        state = onward(state, h, effect.rates(now, x_ddot, half))
         return state, absorbed + h * power, exchanged + h * jnp.abs(power)
 
-    nothing = jnp.zeros(effect.n_state), jnp.asarray(0.0), jnp.asarray(0.0)
+    nothing = (jnp.zeros(()),) * effect.n_state, jnp.asarray(0.0), jnp.asarray(0.0)
     return jax.lax.fori_loop(0, n, body, nothing)[1:]

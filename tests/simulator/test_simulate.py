@@ -129,10 +129,10 @@ def test_derivatives_written_into_the_loop_are_those_of_jax():
     for k, theta in enumerate(both):
         sensed, expected = traces(theta)
         assert np.allclose(contact[:, k], expected, rtol=1e-12, atol=1e-9)
-        assert np.allclose(rows[:, k, 0], sensed, rtol=1e-12, atol=1e-9)
+        assert np.allclose(rows[:, 0, k], sensed, rtol=1e-12, atol=1e-9)
         slopes = jax.jacfwd(lambda theta: traces(theta)[0])(theta)
         scale = np.abs(slopes).max(axis=0)
-        assert (np.abs(rows[:, k, 1:] - slopes) <= 1e-9 * scale).all()
+        assert (np.abs(rows[:, 1:, k] - slopes) <= 1e-9 * scale).all()
     assert (contact[1:200] == 0).any(axis=0).all()
 
 

@@ -1,9 +1,7 @@
 """A body that recoils from the contact, as the simulator's effects see it."""
 
-import jax.numpy as jnp
-
 from acf_jax.effects import AbstractEffect, Motion, strength
-from acf_jax.effects._interface import Scalar
+from acf_jax.effects._interface import Scalar, States
 from acf_jax.model import Impact, Rig
 
 
@@ -19,8 +17,8 @@ class Recoil(AbstractEffect):
 
     inverse_mass_per_kg: Scalar = strength("1/kg", 0.0, 10.0, (0.1, 1.0), 1.0, "one over the body's mass")
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: States) -> tuple[Scalar, Scalar]:
         return -state[0], -state[1]
 
-    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
-        return jnp.stack([state[1], self.inverse_mass_per_kg * motion.f_c])
+    def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
+        return state[1], self.inverse_mass_per_kg * motion.f_c

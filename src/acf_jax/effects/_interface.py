@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 from acf_jax.model import Impact, Rig
 
 Scalar = Float[Array, ""]
+States = tuple[Scalar, ...]
 Component = Literal["actuator", "contact", "robot", "sensor"]
 Measure = Literal[
     "force", "frequency", "compliance", "stroke"
@@ -80,7 +81,7 @@ class Motion(NamedTuple):
 class AbstractEffect(eqx.Module):
     """An effect that the paper's model leaves out; a subclass is one file of this folder, its id the file's name.
 
-    `state` is what the effect integrates for itself, a vector of `n_state` entries that starts at zero.
+    `state` is what the effect integrates for itself, `n_state` numbers that start at zero.
     """
 
     component: ClassVar[Component]
@@ -91,9 +92,7 @@ class AbstractEffect(eqx.Module):
     n_state: ClassVar[int] = 0
     n_memory: ClassVar[int] = 2  # entries of the memory of `sense`
 
-    def robot_displacement(
-        self, rig: Rig, impact: Impact, t: Scalar, state: Float[Array, " n_state"]
-    ) -> tuple[Scalar, Scalar]:
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: States) -> tuple[Scalar, Scalar]:
         """Displacement (m) and velocity (m/s) of the robot in addition to v t."""
         return jnp.zeros_like(t), jnp.zeros_like(t)
 
@@ -104,7 +103,7 @@ class AbstractEffect(eqx.Module):
         """
         return jnp.zeros_like(t), jnp.zeros_like(t)
 
-    def pad_displacement(self, state: Float[Array, " n_state"]) -> tuple[Scalar, Scalar]:
+    def pad_displacement(self, state: States) -> tuple[Scalar, Scalar]:
         """Displacement (m) and velocity (m/s) of the contact point relative to the flange."""
         return jnp.asarray(0.0), jnp.asarray(0.0)
 
@@ -116,19 +115,17 @@ class AbstractEffect(eqx.Module):
         """The contact force (N) above which the flange starts to move; it is free from the start by default."""
         return None
 
-    def contact_force(self, motion: Motion, state: Float[Array, " n_state"]) -> Scalar:
+    def contact_force(self, motion: Motion, state: States) -> Scalar:
         """Contact force (N) in addition to k_C s + F_P."""
         return jnp.zeros_like(motion.t)
 
-    def force_on_mass(self, motion: Motion, state: Float[Array, " n_state"]) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: States) -> Scalar:
         """Force (N) on the flange mass in addition to the contact force."""
         return jnp.zeros_like(motion.t)
 
-    def rates(
-        self, motion: Motion, x_ddot: Scalar, state: Float[Array, " n_state"]
-    ) -> Float[Array, " n_state"]:
+    def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
         """Time derivative of the state."""
-        return jnp.zeros_like(state)
+        return tuple(jnp.zeros(()) for _ in state)
 
     def sense(
         self, f: tuple[Scalar, Scalar], h: Scalar, memory: Float[Array, " n_memory"]

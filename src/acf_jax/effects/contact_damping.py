@@ -1,6 +1,6 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, strength
 
 
 class ContactDamping(AbstractEffect):
@@ -23,7 +23,7 @@ class ContactDamping(AbstractEffect):
         "N s^2/m^2", 0.0, 2e4, (0.0, 300.0), 500.0, "damping in proportion to the squared velocity"
     )
 
-    def contact_force(self, motion: Motion, state: Scalar) -> Scalar:
+    def contact_force(self, motion: Motion, state: States) -> Scalar:
         compression = jnp.maximum(motion.s + motion.f_0 / motion.rig.k_c, 0.0)
         damping = self.damping_n_s_per_m + self.hunt_crossley_n_s_per_m2 * compression
         return (damping + self.quadratic_n_s2_per_m2 * jnp.abs(motion.s_dot)) * motion.s_dot

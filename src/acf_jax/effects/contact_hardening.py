@@ -3,7 +3,7 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, shape, strength
 from acf_jax.model import Rig
 
 F_0 = 100.0  # N; at this force the power law has the stiffness k_C of the rig
@@ -31,7 +31,7 @@ class ContactHardening(AbstractEffect):
     gain: Scalar = strength("1", 0.0, 20.0, (0.0, 0.0, 0.1), 0.2, "relative gain of the pad's force at 1 mm")
     pad_exponent: Scalar = shape("1", 0.7, 5.0, (1.5, 1.5, 2.0), "exponent q of that gain")
 
-    def contact_force(self, motion: Motion, state: Scalar) -> Scalar:
+    def contact_force(self, motion: Motion, state: States) -> Scalar:
         f_0 = jnp.maximum(motion.f_0, LEAST)
         compression = self._at_rest(motion.rig, f_0) + motion.s
         return self._law(motion.rig, compression) - f_0 - motion.rig.k_c * motion.s

@@ -1,6 +1,6 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, shape, strength
 
 
 class CoulombFriction(AbstractEffect):
@@ -19,6 +19,6 @@ class CoulombFriction(AbstractEffect):
     )
     transition_velocity_m_per_s: Scalar = shape("m/s", 1e-3, 0.3, (0.01, 0.03), "speed v_s of full sliding")
 
-    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: States) -> Scalar:
         w = motion.x_dot / self.transition_velocity_m_per_s
         return -self.force_n * jnp.tanh(w) - self.stribeck_n * w / (0.25 * w**2 + 0.75) ** 2

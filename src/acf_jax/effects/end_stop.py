@@ -1,6 +1,6 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, strength
 from acf_jax.model import Impact
 
 
@@ -26,5 +26,5 @@ class EndStop(AbstractEffect):
     def release_force(self, impact: Impact) -> Scalar:
         return jnp.where(self.share > 0, impact.f_p, -jnp.inf)
 
-    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: States) -> Scalar:
         return -self.opposing_share * motion.impact.f_p

@@ -1,6 +1,6 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, shape, strength
 
 
 class ForceRegulation(AbstractEffect):
@@ -19,15 +19,12 @@ class ForceRegulation(AbstractEffect):
     )
     valve_hz: Scalar = shape("Hz", 5.0, 2000.0, (400.0, 60.0), "bandwidth of valve and line, omega_v / 2 pi")
 
-    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: States) -> Scalar:
         return -state[0]
 
-    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+    def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
         force, command = state
         return (
-            2
-            * jnp.pi
-            * jnp.stack(
-                [self.bandwidth_hz * (command - force), self.valve_hz * (motion.impact.f_p - command)]
-            )
+            2 * jnp.pi * self.bandwidth_hz * (command - force),
+            2 * jnp.pi * self.valve_hz * (motion.impact.f_p - command),
         )

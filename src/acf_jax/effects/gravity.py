@@ -1,4 +1,4 @@
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, strength
 
 
 class Gravity(AbstractEffect):
@@ -12,5 +12,5 @@ class Gravity(AbstractEffect):
 
     force_n: Scalar = strength("N", -150.0, 150.0, (5.0, -5.0), 20.0, "force in the direction of compression")
 
-    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: States) -> Scalar:
         return self.force_n

@@ -1,6 +1,6 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, shape, strength
 
 
 class PadMass(AbstractEffect):
@@ -22,19 +22,19 @@ class PadMass(AbstractEffect):
     )
     damping_ratio: Scalar = shape("1", 0.01, 0.5, (0.05,), "damping ratio of the pad on its stiffness")
 
-    def pad_displacement(self, state: Scalar) -> tuple[Scalar, Scalar]:
+    def pad_displacement(self, state: States) -> tuple[Scalar, Scalar]:
         return state[0], state[1]
 
-    def _excess(self, state: Scalar) -> Scalar:
+    def _excess(self, state: States) -> Scalar:
         omega_p = 2 * jnp.pi * self.frequency_hz
         return self.mass_kg * (omega_p**2 * state[0] + 2 * self.damping_ratio * omega_p * state[1])
 
-    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: States) -> Scalar:
         pad_force = motion.f_0 + self._excess(state)
         return jnp.where(self.mass_kg > 0, pad_force - motion.f_c, 0.0)
 
-    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+    def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
         present = self.mass_kg > 0
         mass = jnp.where(present, self.mass_kg, 1.0)
         z_ddot = (motion.f_c - motion.f_0 - self._excess(state)) / mass - x_ddot
-        return jnp.where(present, jnp.stack([state[1], z_ddot]), 0.0)
+        return jnp.where(present, state[1], 0.0), jnp.where(present, z_ddot, 0.0)

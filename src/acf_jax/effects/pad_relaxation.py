@@ -1,6 +1,6 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, shape, strength
 
 
 class PadRelaxation(AbstractEffect):
@@ -19,10 +19,10 @@ class PadRelaxation(AbstractEffect):
     preload_share: Scalar = strength("1", 0.0, 1.0, (0.0, 0.1), 0.1, "share p of the pretension that relaxes")
     relaxation_time_s: Scalar = shape("s", 3e-4, 0.1, (1e-3, 5e-3), "time constant tau")
 
-    def contact_force(self, motion: Motion, state: Scalar) -> Scalar:
+    def contact_force(self, motion: Motion, state: States) -> Scalar:
         faded = 1 - jnp.exp(-motion.t / self.relaxation_time_s)
         relaxed = self.stiffness_share * motion.rig.k_c * state[0]
         return -relaxed - self.preload_share * motion.impact.f_p * faded
 
-    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
-        return (motion.s - state) / self.relaxation_time_s
+    def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
+        return ((motion.s - state[0]) / self.relaxation_time_s,)

@@ -1,6 +1,6 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, shape, strength
+from acf_jax.effects._interface import AbstractEffect, Motion, Scalar, States, shape, strength
 from acf_jax.model import Impact, Rig
 
 
@@ -21,12 +21,10 @@ class RobotCompliance(AbstractEffect):
     frequency_hz: Scalar = shape("Hz", 2.0, 300.0, (15.0, 60.0, 40.0), "its natural frequency")
     damping_ratio: Scalar = shape("1", 0.01, 1.0, (0.1,), "its damping ratio zeta_r")
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: States) -> tuple[Scalar, Scalar]:
         return state[0], state[1]
 
-    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+    def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
         omega_r = 2 * jnp.pi * self.frequency_hz
         driven = -self.inverse_mass_per_kg * motion.f_c
-        return jnp.stack(
-            [state[1], driven - 2 * self.damping_ratio * omega_r * state[1] - omega_r**2 * state[0]]
-        )
+        return state[1], driven - 2 * self.damping_ratio * omega_r * state[1] - omega_r**2 * state[0]

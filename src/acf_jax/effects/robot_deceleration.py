@@ -1,6 +1,6 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Scalar, shape, strength
+from acf_jax.effects._interface import AbstractEffect, Scalar, States, shape, strength
 from acf_jax.model import Impact, Rig
 
 
@@ -23,7 +23,7 @@ class RobotDeceleration(AbstractEffect):
         "s", 1e-4, 0.03, (5e-4, 3e-3), "time t_0 from contact to braking, and in which that builds up"
     )
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: States) -> tuple[Scalar, Scalar]:
         deceleration = self.deceleration_m_per_s2 + self.rate_per_s * impact.v_e
         to_rest = impact.v_e / jnp.maximum(deceleration, 1e-6)
         begun, ended = self._since(t - self.delay_s), self._since(t - self.delay_s - to_rest)

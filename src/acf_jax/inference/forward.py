@@ -24,6 +24,15 @@ from acf_jax.simulator.simulate import System, make_system, simulate
 STEP_PER_RADIAN = 0.1  # omega h of the grid
 SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
 LANES = 512  # of one call without derivatives
+MADE_OF = (  # what holds all that the program calls
+    "effects",
+    "inference/forward.py",
+    "inference/free_curves",
+    "inference/parameters.py",
+    "model",
+    "simulator",
+)
+PROGRAMS = 64  # that stay loaded: each takes 10 to 100 MB, and little time to load again
 BLOCK = 24  # trials of one call, the last one padded: data sets of every size share compiled code and memory is bounded
 
 
@@ -77,7 +86,7 @@ def unpack(
     return Rig(*theta[: len(RIG)]), effects
 
 
-@functools.cache
+@functools.lru_cache(PROGRAMS)
 def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
     def system(z: Float[Array, " p+2"], pull: Scalar, reach: Scalar) -> System:
         rig, effects = unpack(explanation, z[:-2], reach)
@@ -85,13 +94,13 @@ def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
 
     def program(
         z: Float[Array, "trials p+2"], h: Scalar, steps: Int[Array, ""], pull: Scalar, reach: Scalar
-    ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples trials p+3"]]:
+    ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples p+3 trials"]]:
         return simulate_with_derivatives(partial(system, pull=pull, reach=reach), z, h, SAMPLES, steps)
 
     number = jax.ShapeDtypeStruct((), float)
     z = jax.ShapeDtypeStruct((BLOCK, len(parameters(explanation)) + 2), float)
     steps = jax.ShapeDtypeStruct((), int)
-    return kept(program, f"forward {explanation}", (z, number, steps, number, number))
+    return kept(program, f"forward {explanation}", (z, number, steps, number, number), MADE_OF)
 
 
 @functools.cache
@@ -104,7 +113,7 @@ def _plain_program(explanation: Explanation) -> Callable[..., tuple[Array, Array
     number = jax.ShapeDtypeStruct((), float)
     z = jax.ShapeDtypeStruct((LANES, len(parameters(explanation)) + 2), float)
     program = jax.vmap(one, in_axes=(0, None, None))
-    return kept(program, f"plain {explanation}", (z, number, jax.ShapeDtypeStruct((), int)))
+    return kept(program, f"plain {explanation}", (z, number, jax.ShapeDtypeStruct((), int)), MADE_OF)
 
 
 def plain_forward(
@@ -165,5 +174,5 @@ def forward(
         found = _program(explanation)(padded, grid.h, grid.steps, grid.pull, reach)
         # turned here, where most of the grid is left out already
         contact[here] = np.asarray(found[0])[:used, : here.stop - first].T
-        rows[here] = np.moveaxis(np.asarray(found[1])[:used, : here.stop - first], 0, 2)
+        rows[here] = np.asarray(found[1])[:used, :, : here.stop - first].transpose(2, 1, 0)
     return Forces(contact, rows)

@@ -103,7 +103,7 @@ def along(fitted: Fit, v_e: np.ndarray, f_p: np.ndarray, ends: np.ndarray) -> li
         system = make_system(rig, Impact(v, f), (effect,), fitted.grid.pull)
 
         def added(motion: Motion, moving: Moving) -> Scalar:
-            state = jnp.array(moving.y.states[0], float)
+            state = moving.y.states[0]
             match component:
                 case "actuator":
                     return effect.force_on_mass(motion, state)

@@ -5,6 +5,7 @@ again and again, for each transformation and each guess of what depends on what;
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import jax
@@ -25,7 +26,7 @@ def simulate_with_derivatives(
     h: Scalar,
     samples: int,
     steps: Int[Array, ""],
-) -> tuple[Float[Array, "samples n"], Float[Array, "samples n p+1"]]:
+) -> tuple[Float[Array, "samples n"], Float[Array, "samples p+1 n"]]:
     """Forces of `n` impacts on the grid 0, h, 2h, ...
 
     **Arguments:** `make`: the equations of motion of one impact from its numbers. `z`: these numbers. `h`, `samples`,
@@ -33,7 +34,10 @@ def simulate_with_derivatives(
 
     **Returns:** the contact forces in N; the sensed forces in N, followed by their derivatives in each of the numbers.
     """
-    directions = jnp.eye(z.shape[1])
+    # impacts stand last everywhere: neighbours in memory take the same operation
+    z = z.T
+    p, n = z.shape
+    directions = jnp.broadcast_to(jnp.eye(p)[:, :, None], (p, p, n))
 
     def begin(z: Float[Array, " p"]) -> tuple[Smooth, Released]:
         return _split(start(make(z), h))
@@ -44,39 +48,34 @@ def simulate_with_derivatives(
         y, signals, memories = smooth
         return _split(advance(make(z), k, h, Moving(y, released, signals, memories)))
 
-    def first(z: Float[Array, " p"]) -> Tangent:
-        return jax.vmap(lambda d: jax.jvp(begin, (z,), (d,), has_aux=True), out_axes=(None, 0, None))(
-            directions
-        )
+    def first(direction: Float[Array, "p n"]) -> Tangent:
+        return jax.jvp(jax.vmap(begin, in_axes=1, out_axes=-1), (z,), (direction,), has_aux=True)
 
-    def after(z: Float[Array, " p"], moving: Tangent, k: Int[Array, ""]) -> Tangent:
+    def after(moving: Tangent, k: Int[Array, ""]) -> Tangent:
         smooth, tangents, released = moving
+        step = jax.vmap(partial(onward, k=k), in_axes=(1, -1, -1), out_axes=-1)
 
-        def along(direction: Float[Array, " p"], tangent: Smooth) -> Tangent:
+        def along(direction: Float[Array, "p n"], tangent: Smooth) -> Tangent:
             return jax.jvp(
-                lambda z, smooth: onward(z, smooth, released, k),
-                (z, smooth),
-                (direction, tangent),
-                has_aux=True,
+                lambda z, smooth: step(z, smooth, released), (z, smooth), (direction, tangent), has_aux=True
             )
 
         return jax.vmap(along, out_axes=(None, 0, None))(directions, tangents)
 
-    def forces(moving: Tangent) -> tuple[Float[Array, " n"], Float[Array, "n p+1"]]:
+    def forces(moving: Tangent) -> tuple[Float[Array, " n"], Float[Array, "p+1 n"]]:
         (_, signals, _), (_, tangents, _), _ = moving
-        return signals[0], jnp.concatenate([signals[-1][:, None], tangents[-1]], axis=1)
+        return signals[0], jnp.concatenate([signals[-1][None], tangents[-1]])
 
     def body(k: Int[Array, ""], carry: Any) -> Any:
         moving, contact, rows = carry
-        moving = jax.vmap(after, in_axes=(0, 0, None))(z, moving, k)
+        moving = after(moving, k)
         now = forces(moving)
         return moving, contact.at[k + 1].set(now[0]), rows.at[k + 1].set(now[1])
 
-    moving_0 = jax.vmap(first)(z)
-    n, p = z.shape
+    moving_0 = jax.vmap(first, out_axes=(None, 0, None))(directions)
     now = forces(moving_0)
     contact = jnp.zeros((samples, n)).at[0].set(now[0])
-    rows = jnp.zeros((samples, n, p + 1)).at[0].set(now[1])
+    rows = jnp.zeros((samples, p + 1, n)).at[0].set(now[1])
     _, contact, rows = jax.lax.fori_loop(0, steps, body, (moving_0, contact, rows))
     return contact, rows
 

@@ -1,5 +1,6 @@
 """What free curves share: how they go on beyond the trials, dynamics through which they see a force, their starts."""
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 
 import jax.numpy as jnp
@@ -17,14 +18,17 @@ def continued(
     """
     tried = jnp.minimum(u, reach)
     end = jnp.where(jnp.isfinite(reach), reach, 1.0)
-    slopes = jnp.stack([(curve(end) - curve((1 - share) * end)) / (share * end) for share in over])
-    return curve(tried) + jnp.clip(slopes.min(), -1.0, steepest) * (u - tried)
+    slopes = [(curve(end) - curve((1 - share) * end)) / (share * end) for share in over]
+    slope = functools.reduce(jnp.minimum, slopes)
+    return curve(tried) + jnp.clip(slope, -1.0, steepest) * (u - tried)
 
 
-def passing(force: Scalar, y: Scalar, y_dot: Scalar, frequency_hz: Scalar, damping_ratio: Scalar) -> Scalar:
+def passing(
+    force: Scalar, y: Scalar, y_dot: Scalar, frequency_hz: Scalar, damping_ratio: Scalar
+) -> tuple[Scalar, Scalar]:
     """Rates (y', y'') of y'' + 2 zeta omega y' + omega^2 y = omega^2 F."""
     omega = 2 * jnp.pi * frequency_hz
-    return jnp.stack([y_dot, omega**2 * (force - y) - 2 * damping_ratio * omega * y_dot])
+    return (y_dot, omega**2 * (force - y) - 2 * damping_ratio * omega * y_dot)
 
 
 def beginning(starts: Sequence[Mapping[str, float]]) -> Callable[..., tuple[float, ...]]:

@@ -1,7 +1,7 @@
 import jax.numpy as jnp
 
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
-from acf_jax.effects._interface import Scalar
+from acf_jax.effects._interface import Scalar, States
 from acf_jax.effects.end_stop import EndStop
 from acf_jax.inference.free_curves._common import beginning
 from acf_jax.model import Impact
@@ -59,7 +59,7 @@ class UnknownActuator(AbstractEffect):
     def _stop(self) -> EndStop:
         return EndStop(self.held_share)
 
-    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: States) -> Scalar:
         x, v = motion.x / X_0, motion.x_dot / V_0
         f_p = motion.impact.f_p
         of_stroke = (

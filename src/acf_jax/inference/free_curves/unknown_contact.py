@@ -2,7 +2,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
-from acf_jax.effects._interface import Scalar
+from acf_jax.effects._interface import Scalar, States
 from acf_jax.effects.pad_mass import PadMass
 from acf_jax.inference.free_curves._common import beginning, continued, passing
 
@@ -68,7 +68,7 @@ class UnknownContact(AbstractEffect):
 
     reach: Scalar = eqx.field(converter=jnp.asarray, default=jnp.inf)  # N, largest u that was tried
 
-    def contact_force(self, motion: Motion, state: Scalar) -> Scalar:
+    def contact_force(self, motion: Motion, state: States) -> Scalar:
         v = motion.s_dot / V_0
         u_0 = motion.f_0
         linear = motion.rig.k_c * motion.s
@@ -80,18 +80,18 @@ class UnknownContact(AbstractEffect):
         past = self.passing * (passed - linear) + self.passing_rate_s * passed_rate - flown
         return elastic + viscous + dry + past
 
-    def pad_displacement(self, state: Scalar) -> tuple[Scalar, Scalar]:
+    def pad_displacement(self, state: States) -> tuple[Scalar, Scalar]:
         return self._pad.pad_displacement(state[2:4])
 
-    def force_on_mass(self, motion: Motion, state: Scalar) -> Scalar:
+    def force_on_mass(self, motion: Motion, state: States) -> Scalar:
         return self._pad.force_on_mass(motion, state[2:4])
 
-    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+    def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
         linear, flown = motion.rig.k_c * motion.s, state[4]
         passed = passing(linear, state[0], state[1], self.frequency_hz, self.damping_ratio)
         flowing = linear + motion.f_0 - (1 + self.hardening) * flown - self.level_n
         flow = self.flow_per_s * jnp.maximum(flowing, 0.0)
-        return jnp.stack([*passed, *self._pad.rates(motion, x_ddot, state[2:4]), flow])
+        return (*passed, *self._pad.rates(motion, x_ddot, state[2:4]), flow)
 
     @property
     def _pad(self) -> PadMass:

@@ -1,7 +1,7 @@
 import jax.numpy as jnp
 
 from acf_jax.effects import AbstractEffect, Motion, shape, strength
-from acf_jax.effects._interface import Scalar
+from acf_jax.effects._interface import Scalar, States
 from acf_jax.inference.free_curves._common import beginning, passing
 from acf_jax.model import Impact, Rig
 
@@ -73,7 +73,7 @@ class UnknownRobot(AbstractEffect):
     level_n: Scalar = shape("N", 10.0, 2e3, (0.5,), "that level", of="force")
     delay_s: Scalar = shape("s", 1e-5, 0.03, (1e-4,), "t_0")
 
-    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: Scalar) -> tuple[Scalar, Scalar]:
+    def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: States) -> tuple[Scalar, Scalar]:
         since = jnp.maximum(t - self.delay_s, 0.0)
         tau = since / T_0
         of_time = self.time_2_m * tau**2 + self.time_3_m * tau**3 + self.speed_2 * impact.v_e * since * tau
@@ -81,7 +81,7 @@ class UnknownRobot(AbstractEffect):
             2 * self.time_2_m * tau + 3 * self.time_3_m * tau**2 + 2 * self.speed_2 * impact.v_e * since
         ) / T_0
         w = 2 * jnp.pi * self.ripple_hz
-        sine, cosine = jnp.sin(w * t), jnp.cos(w * t)
+        sine, cosine = _sine(w * t), _sine(w * t + jnp.pi / 2)
         ripple = self.sine_m * sine + self.cosine_m * (cosine - 1)
         ripple_rate = w * (self.sine_m * cosine - self.cosine_m * sine)
         seen, seen_rate, impulse, impulse_beyond, second = state
@@ -98,11 +98,20 @@ class UnknownRobot(AbstractEffect):
         ) / T_0
         return of_time + ripple - of_force, time_rate + ripple_rate - force_rate
 
-    def rates(self, motion: Motion, x_ddot: Scalar, state: Scalar) -> Scalar:
+    def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
         seen, seen_rate, impulse, *_ = state
         loose = jnp.clip(seen, 0.0, self.play_n / F_0)  # what the robot has moved of its play holds nothing
         rates = passing(motion.f_c / F_0 + loose, seen, seen_rate, self.frequency_hz, self.damping_ratio)
-        return jnp.stack([*rates, seen / T_0, self._beyond(seen) / T_0, impulse / T_0])
+        return (*rates, seen / T_0, self._beyond(seen) / T_0, impulse / T_0)
 
     def _beyond(self, seen: Scalar) -> Scalar:
         return jnp.maximum(seen - self.level_n / F_0, 0.0)
+
+
+def _sine(x: Scalar) -> Scalar:
+    """sin x within 1e-9: a polynomial, which a compiler computes for many impacts at once."""
+    turn = x - 2 * jnp.pi * jnp.round(x / (2 * jnp.pi))
+    square, nested = turn**2, jnp.ones(())
+    for k in range(20, 1, -2):
+        nested = 1 - square / (k * (k + 1)) * nested
+    return turn * nested
