@@ -80,8 +80,10 @@ def test_a_forward_program_is_made_of_the_folders_it_names() -> None:
     files = module.files_of(root, MADE_OF)
     assert root / "inference" / "forward.py" in files and root / "effects" / "gravity.py" in files
     for path in files:  # data come in as arguments
-        named = re.findall(r"^\s*(?:from|import) acf_jax\.(\w+)", path.read_text("utf-8"), re.M)
-        assert set(named) <= allowed, path
+        text = path.read_text("utf-8")
+        assert set(re.findall(r"^\s*(?:from|import) acf_jax\.(\w+)", text, re.M)) <= allowed, path
+        beside = re.findall(r"^from acf_jax\.inference\.(\w+)", text, re.M)
+        assert {f"inference/{name}" for name in beside} <= {s.removesuffix(".py") for s in MADE_OF}, path
 
 
 @pytest.mark.parametrize("content", [b"", b"damaged" * 100])

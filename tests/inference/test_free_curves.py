@@ -1,5 +1,6 @@
 """What the free curves can imitate: laws of the library, as if these were withheld."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from jaxtyping import Array
 from acf_jax.inference.forward import Forces, Grid, forward, reach_of
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.free_curves._common import continued
+from acf_jax.inference.free_curves.unknown_robot import _sine
 from acf_jax.inference.free_curves.unknown_sensor import UnknownSensor
 from tests.typical import typical
 
@@ -21,6 +23,13 @@ OMEGA = 2 * np.pi * HZ
 def sensed(name: str, **values: float) -> np.ndarray:
     """The readings, N, with an effect or free curve whose strengths are zero and shapes typical where not given."""
     return forward((name,), np.array([*RIG, *typical(name, **values)]), V_E, F_P, GRID).sensed
+
+
+def test_the_sine_of_a_ripple_is_one() -> None:
+    """Over what a ripple of 1 kHz passes in 0.3 s, with its slope."""
+    x = np.linspace(-2000.0, 2000.0, 40_001)
+    np.testing.assert_allclose(_sine(jnp.asarray(x)), np.sin(x), atol=1e-9)
+    np.testing.assert_allclose(jax.vmap(jax.grad(_sine))(x), np.cos(x), atol=1e-9)
 
 
 @pytest.mark.parametrize(

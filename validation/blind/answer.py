@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
+from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER
 from acf_jax.effects import Component, library
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_json_mapping, read_yaml_mapping
@@ -114,6 +115,17 @@ class Said(_Part):
     contributions: tuple[Contribution, ...] | None = None
     parameters: dict[str, Parameter]
     excluded_trials: tuple[Excluded, ...]
+
+    @field_validator("contributions")
+    @classmethod
+    def _are_whole(cls, parts: tuple[Contribution, ...] | None) -> tuple[Contribution, ...] | None:
+        """What no law explains and what scatters belongs to every gap that is shared out."""
+        missing = [
+            name for name in (BACKGROUND, SCATTER) if name not in {part.effect for part in parts or ()}
+        ]
+        if parts and missing:
+            raise ValueError(f"has no part called {' nor '.join(missing)}")
+        return parts
 
 
 class Failed(_Part):

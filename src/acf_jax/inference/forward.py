@@ -24,15 +24,16 @@ from acf_jax.simulator.simulate import System, make_system, simulate
 STEP_PER_RADIAN = 0.1  # omega h of the grid
 SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
 LANES = 512  # of one call without derivatives
-MADE_OF = (  # what holds all that the program calls
+MADE_OF = (  # what holds all that the programs call
     "effects",
     "inference/forward.py",
     "inference/free_curves",
+    "inference/interpolation.py",
     "inference/parameters.py",
     "model",
     "simulator",
 )
-PROGRAMS = 64  # that stay loaded: each takes 10 to 100 MB, and little time to load again
+PROGRAMS = 64  # of each kind that stay loaded: each takes 10 to 100 MB, and little time to load again
 BLOCK = 24  # trials of one call, the last one padded: data sets of every size share compiled code and memory is bounded
 
 
@@ -103,7 +104,7 @@ def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
     return kept(program, f"forward {explanation}", (z, number, steps, number, number), MADE_OF)
 
 
-@functools.cache
+@functools.lru_cache(PROGRAMS)
 def _plain_program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
     def one(z: Float[Array, " p+2"], h: Scalar, steps: Int[Array, ""]) -> tuple[Array, Array]:
         rig, effects = unpack(explanation, z[:-2])

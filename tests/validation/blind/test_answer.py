@@ -1,9 +1,11 @@
 """Answers, as worlds write them and as a colleague may."""
 
+import json
+
 import pytest
 
 from acf_jax.errors import InputError
-from validation.blind.answer import check_answer
+from validation.blind.answer import DIAGNOSIS, check_answer, read_said
 
 LIFELIKE = {
     "effects": ["contact_hardening", "sensor_resonance"],
@@ -50,3 +52,26 @@ def test_a_strongly_damped_resonance_beside_a_lag_is_one_effect():
 def test_what_is_wrong_in_an_answer_is_named(changed, fault):
     with pytest.raises(InputError, match=fault):
         check_answer("a", {"effects": [], **changed})
+
+
+def test_a_diagnosis_whose_gap_is_not_shared_out_whole_is_refused(tmp_path):
+    share = {"value": 1.0, "ci95": [0.9, 1.0]}
+    content = {
+        "verdict": "identified",
+        "explanations": [{"effects": ["gravity"], "probability": 0.99}],
+        "credible_set": [["gravity"]],
+        "indistinguishable": [],
+        "where": {"component": {"actuator": 1.0}},
+        "shrinkage": {"force": None},
+        "contributions": [{"effect": "gravity", "force_share": share}],
+        "parameters": {},
+        "excluded_trials": [],
+    }
+    (tmp_path / DIAGNOSIS).write_text(json.dumps(content))
+    with pytest.raises(
+        InputError, match="contributions: has no part called background nor scatter; remove its"
+    ):
+        read_said(tmp_path)
+    content["contributions"] += [{"effect": name, "force_share": share} for name in ("background", "scatter")]
+    (tmp_path / DIAGNOSIS).write_text(json.dumps(content))
+    assert len(read_said(tmp_path).contributions) == 3
