@@ -20,8 +20,8 @@ import numpy as np
 import optimistix as optx
 from jax.flatten_util import ravel_pytree
 
-from acf_jax.cli._model import ModelFile
 from acf_jax.contact.body import Body
+from acf_jax.contact.model_file import ModelFile
 from acf_jax.contact.peak import Simulated
 from acf_jax.contact.recoil import Recoil
 from acf_jax.inference.forward import SAMPLES, unpack

@@ -22,11 +22,11 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
 from acf_jax.surrogate.features import FEATURES
 from acf_jax.surrogate.load import new_network
+from acf_jax.training.config import Config, read_config
+from acf_jax.training.devices import AXIS, Shards
+from acf_jax.training.loop import make_steps
 from benchmarks.machine import cores, describe
 from benchmarks.timing import interleave, median_ratio, summarise
-from train.config import Config, read_config
-from train.devices import AXIS, Shards
-from train.loop import make_steps
 
 SAMPLES = 2**18
 

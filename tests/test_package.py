@@ -12,6 +12,7 @@ from itertools import chain
 from pathlib import Path
 
 import pytest
+import yaml
 from bare import absent_modules
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -49,9 +50,10 @@ LAYERS = [
     {"evidence", "gap_model", "predict"},
     {"diagnosis"},
     {"contact"},
-    {"design", "safety", "export"},
+    {"designs", "safety", "export", "training"},
     {"report"},
     {"fleet", "recording"},
+    {"api"},
     {"cli"},
 ]
 
@@ -237,3 +239,13 @@ def test_constraints_name_every_direct_dependency():
     pinned = {line.split("==")[0] for line in (ROOT / "constraints.txt").read_text().splitlines()}
     names = {canonicalize_name(Requirement(entry).name) for entry in wanted}
     assert names - {"acf-jax"} <= set(map(canonicalize_name, pinned))
+
+
+def test_the_citation_is_of_this_version():
+    assert yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))["version"] == __version__
+
+
+def test_the_container_installs_extras_that_exist():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    named = re.search(r'"\.\[(.+)\]"', (ROOT / "Dockerfile").read_text("utf-8"))
+    assert named and set(named[1].split(",")) <= set(extras)

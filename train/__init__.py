@@ -1,1 +1,1 @@
-"""Train a surrogate of the peak force; run from the repository: `python -m train.fit --config ...`."""
+"""Run from the repository: `python -m train.fit --config ...`; the work is done by `acf_jax.training`."""

@@ -1,6 +1,7 @@
 """The one error that a user's input can cause."""
 
 import difflib
+import re
 import reprlib
 from collections.abc import Sequence
 
@@ -12,15 +13,38 @@ class InputError(ValueError):
     """
 
     def __init__(self, faults: Sequence[str] | str):
-        listed = [faults] if isinstance(faults, str) else list(faults)
+        listed = _merged([faults] if isinstance(faults, str) else faults)
         if (rest := len(listed) - _MOST) > 0:
             listed[_MOST:] = [f"{rest:,} more faults are not shown; correct these first"]
         self.faults = [one_line(fault) for fault in listed]
         super().__init__("\n".join(self.faults))
 
 
+class TooLittleData(InputError):
+    """The data behind a model do not carry an answer; the command line prints what is missing and exits with code 1."""
+
+
 _MOST = 100  # faults of an input that are listed
+_MISSING = re.compile(r"(.+?): (no such file; .*)", re.DOTALL)
+_NAMED = 3  # missing files that are named where more are missing
 _LONGEST = 1000  # characters of a message; its end, the remedy, is kept
+
+
+def _merged(faults: Sequence[str]) -> list[str]:
+    """The faults with one line for all files that are missing in the same way, in place of a line a file."""
+    files: dict[str, list[str]] = {}
+    for fault in faults:
+        if found := _MISSING.fullmatch(fault):
+            files.setdefault(found[2], []).append(found[1])
+        else:
+            files[fault] = []
+    merged = []
+    for what, names in files.items():
+        if len(names) > _NAMED:
+            merged.append(f"{', '.join(names[:_NAMED])} and {len(names) - _NAMED:,} more: {what}")
+        else:
+            merged += [f"{name}: {what}" for name in names] or [what]
+    return merged
 
 
 def one_line(fault: str) -> str:

@@ -18,8 +18,15 @@ ROUNDING = 1e-6
 LONGEST_STEP_S = (
     1.0  # of a simulation: a tenth of a radian of the slowest rig that a data set may state is 0.02 s
 )
+LACKS = {
+    "traces": "its trials hold peaks and no force traces",
+    "detection": "most effects would not have shown in its trials",
+    "separation": "its trials leave too many explanations standing",
+    None: "its trials could not have told what causes the gap",
+}
 Which = Literal["nominal", "recalibrated", "corrected"]
 Verdict = Literal["no_gap", "identified", "ambiguous", "unknown", "insufficient_data"]
+Lack = Literal["traces", "detection", "separation"]
 FORM_MOST = 10.0  # relative error of a peak; a law that misses more says nothing of one
 LATEST_S = 0.01  # a reading is late by at most this, or early
 
@@ -44,6 +51,14 @@ class Variant(Part):
     theta: tuple[float, ...]
     covariance: tuple[tuple[float, ...], ...]
     delay_s: float = Field(default=0.0, ge=-LATEST_S, le=LATEST_S)  # by which the sensor reads later
+
+
+class Proposed(Part):
+    """The trial that best separates what still stands."""
+
+    contact_velocity_m_per_s: float = Field(ge=0)
+    pretension_n: float = Field(ge=0)
+    repeats: int = Field(ge=1)
 
 
 class GapModel(Part):
@@ -72,6 +87,23 @@ class GapModel(Part):
         None  # than the recalibrated model, by the figures on unseen conditions; None: not asked
     )
     recalibrated_form_error: float = Field(default=0.0, ge=0, le=FORM_MOST)  # as `peak_form_error`
+
+    lack: Lack | None = (
+        None  # what too little data are short of; None for other verdicts and earlier versions
+    )
+    next_experiment: Proposed | None = None
+
+    @property
+    def missing(self) -> str:
+        """What too little data are short of, and which trials to add; empty for every other verdict."""
+        if self.verdict != "insufficient_data":
+            return ""
+        add = "add trials at other speeds and pretensions (`plan` tells what they would show)"
+        if self.lack == "traces":
+            add = "record force traces, at 5 kHz or faster and with 20 samples before contact"
+        elif (e := self.next_experiment) is not None:
+            add = f"add {e.repeats} trials at {e.contact_velocity_m_per_s:.3g} m/s and {e.pretension_n:.3g} N"
+        return f"{LACKS[self.lack]}; {add}, then diagnose again"
 
     @property
     def preferred(self) -> Which:

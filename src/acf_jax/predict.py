@@ -71,6 +71,45 @@ def predict(
     return predictions
 
 
+def notes(model: GapModel, v_e: np.ndarray, f_p: np.ndarray, asked: Which | None = None) -> list[str]:
+    """What a reader has to know of predictions at the given conditions before trusting them.
+
+    **Arguments:** as `predict` takes them; `asked`: the model that was asked for, None where that was left open.
+    """
+    found = [_of_correction(model, asked)]
+    if model.verdict == "insufficient_data" and asked not in ("nominal", "recalibrated"):
+        found.append(
+            "the diagnosis had too little data to tell a cause: take the correction as a fit to its trials"
+        )
+    for values, (low, high), what, unit in (
+        (v_e, model.v_range, "contact velocities", "m/s"),
+        (f_p, model.f_p_range, "pretensions", "N"),
+    ):
+        if values.min() < 0.5 * low or values.max() > 1.5 * high:
+            found.append(
+                f"some {what} lie far beyond the tried {low:g} to {high:g} {unit}: the model extrapolates"
+            )
+    return list(filter(None, found))
+
+
+def _of_correction(model: GapModel, asked: Which | None) -> str:
+    """What is known of the corrected model before trusting it, or before missing it."""
+    if asked in ("nominal", "recalibrated"):
+        return ""
+    if model.better is False:
+        used = "this is the recalibrated one's prediction" if asked is None else "take that one"
+        return (
+            "on conditions that the fit did not see the corrected model is not better than the recalibrated one;"
+            f" {used}"
+        )
+    if model.shown_closer is False:
+        return (
+            "held-out conditions do not show that the corrected model comes closer than the recalibrated one;"
+            " compare with the recalibrated model"
+        )
+    return ""
+
+
 def tried_reach(model: GapModel, v: Variant) -> float:
     """The contact force, N, up to which the trials tried a variant's free curve; infinite where it has none."""
     tried = np.array(model.corners or tuple(product(model.v_range, model.f_p_range)))

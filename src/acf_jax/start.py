@@ -21,6 +21,8 @@ def start_jax() -> None:
     # handing over to a thread costs more than a peak
     jax.config.update("jax_cpu_enable_async_dispatch", False)
     check_devices()
+    if jax.config.jax_compilation_cache_dir is not None:  # type: ignore[attr-defined]
+        return  # the user has a cache already
     try:
         cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "acf-jax" / "compiled"
         cache.mkdir(parents=True, exist_ok=True)

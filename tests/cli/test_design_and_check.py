@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from acf_jax.cli.main import commands
+from acf_jax.cli.main import commands, main
 from acf_jax.errors import InputError
-from acf_jax.gap_model import write_model
+from acf_jax.gap_model import Proposed, write_model
 from tests.corrected import gap_model
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -59,7 +59,7 @@ def test_a_slower_contact_is_found_for_a_high_probability(call):
 
 @pytest.mark.parametrize(
     "verdict, note",
-    [("insufficient_data", "too little data"), ("unknown", "fitted freely"), ("identified", "")],
+    [("unknown", "fitted freely"), ("identified", "")],
 )
 def test_what_the_verdict_of_a_diagnosis_takes_from_an_answer(call, tmp_path, verdict, note):
     path = tmp_path / "model.json"
@@ -68,6 +68,45 @@ def test_what_the_verdict_of_a_diagnosis_takes_from_an_answer(call, tmp_path, ve
     peak = call("peak", "--model", path, "--f-p", "60", "--v-e", "0.2")
     for output in (speed.output, peak.output):
         assert ("note: the diagnosis" in output) == bool(note) and note in output
+
+
+PROPOSED = Proposed(contact_velocity_m_per_s=0.4375, pretension_n=90.0, repeats=3)
+
+
+@pytest.mark.parametrize("change, says", [
+    (
+        {"lack": "separation", "next_experiment": PROPOSED},
+        "its trials leave too many explanations standing; add 3 trials at 0.438 m/s and 90 N, then diagnose again",
+    ),
+    ({"lack": "traces"}, "its trials hold peaks and no force traces; record force traces, at 5 kHz or faster"),
+    ({"lack": "detection"}, "most effects would not have shown in its trials; add trials at other speeds"),
+    ({}, "its trials could not have told what causes the gap; add trials at other speeds"),
+])  # fmt: skip
+@pytest.mark.parametrize("command", ["speed", "design", "train"])
+def test_nothing_is_built_on_a_diagnosis_with_too_little_data(
+    command, change, says, monkeypatch, capsys, tmp_path
+):
+    folder = tmp_path / "diagnosis"
+    folder.mkdir()
+    poor = gap_model().model_copy(update={"verdict": "insufficient_data"} | change)
+    (folder / "model.json").write_text(write_model(poor))
+    (tmp_path / "design.yaml").write_text(
+        "model: diagnosis\ngoal: fastest\nlimit: 110\nf_p: 70\nv_e: {low: 0.1, high: 0.3}\n"
+    )
+    arguments = {
+        "speed": ["--model", folder, "--f-p", 70, "--limit", 110],
+        "design": ["--config", tmp_path / "design.yaml", "--plot", tmp_path / "out.html"],
+        "train": [folder, "--out", tmp_path / "out"],
+    }[command]
+    monkeypatch.setattr("acf_jax.start.start_jax", lambda: None)
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(SystemExit) as end:
+        main([command, *map(str, arguments)])
+    told = capsys.readouterr()
+    assert end.value.code == 1 and not told.out and len(told.err.splitlines()) == 1
+    assert "diagnosis/model.json: the diagnosis had too little data to answer: " in told.err
+    assert told.err.startswith("no answer: ") and says in told.err
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_too_few_draws_of_a_simulated_model_are_refused(call, tmp_path):
@@ -365,3 +404,35 @@ def test_an_ending_that_cannot_be_is_refused_by_every_command(call, tmp_path):
     )
     found = faults(call, "check", "--model", RIG, "--situations", table, "--json")
     assert "row 2: stop_after_s must be positive" in found and "did you mean 'travel_m'" in found
+
+
+def test_a_table_names_the_first_row_of_each_verdict(call, tmp_path):
+    table, out = tmp_path / "situations.csv", tmp_path / "verdicts.csv"
+    table.write_text(
+        "situation,body_area,contact,contact_velocity_m_per_s,pretension_n\n"
+        '"first\nof two lines",palm,transient,0.1,60\n\nopen,palm,quasi_static,0.3,60\n'
+        '"on\ntwo",Face,transient,0.1,60\n'
+    )
+    result = call("check", "--model", RIG, "--situations", table, "--out", out)
+    assert "first that is not allowed: row 6, 'on\ntwo', " in result.output
+    assert "first that is not decidable: row 5, 'open', Palm" in result.output
+    with out.open(newline="") as file:
+        verdicts = {row["situation"]: row["verdict"] for row in csv.DictReader(file)}
+    assert verdicts == {"first\nof two lines": "allowed", "open": "not decidable", "on\ntwo": "not allowed"}
+
+
+def test_many_missing_files_are_one_line(call, tmp_path):
+    names = [f"rig{i:02}" for i in range(21)]
+    for name in names:
+        (tmp_path / "sets" / name / "traces").mkdir(parents=True)
+        (tmp_path / "sets" / name / "trials.csv").write_text("")
+    told = faults(call, "fleet", tmp_path / "sets", "--out", tmp_path / "out").splitlines()
+    (missing,) = [line for line in told if "no such file" in line]
+    first = ", ".join(f"{tmp_path}/sets/{name}/dataset.yaml" for name in names[:3])
+    assert missing == f"{first} and 18 more: no such file; check the path"
+    assert sum("trials.csv: is empty" in line for line in told) == 21
+
+
+@pytest.mark.parametrize("count, lines", [(3, 3), (4, 1)])
+def test_few_missing_files_have_a_line_each(count, lines):
+    assert len(InputError([f"{i}.csv: no such file; check the path" for i in range(count)]).faults) == lines

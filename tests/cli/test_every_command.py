@@ -1,5 +1,6 @@
 """What holds for every command that the command line finds, and for `python -m train.fit`."""
 
+import csv
 import io
 import json
 import os
@@ -51,6 +52,15 @@ ANSWERS = {
         "--rig",
         ROOT / "examples/session_rig.yaml",
     ],
+    "run": [
+        ROOT / "examples/session.mcap",
+        "--out",
+        "FOLDER/out",
+        "--rig",
+        ROOT / "examples/session_rig.yaml",
+        "--limit",
+        140,
+    ],
     "diagnose": [ROOT / "examples/rig", "--out", "FOLDER/out"],
     "predict": [
         "FOLDER/model",
@@ -60,6 +70,7 @@ ANSWERS = {
         "FOLDER/out",
     ],
     "fleet": ["FOLDER/sets", "--out", "FOLDER/out"],
+    "train": ["FOLDER/model", "--out", "FOLDER/out", "--samples", 1024, "--steps", 50],
     "export": ["--c", "FOLDER/acf_peak.h"],
     "blind seal": ["FOLDER/sets"],
     "blind score": ["FOLDER/sets", "--out", "FOLDER/out", "--workers", 1],
@@ -221,12 +232,42 @@ def test_a_prediction_says_where_nothing_shows_that_the_correction_helps(end, tm
     model = gap_model().model_copy(update={"shown_closer": shown})
     (tmp_path / "model/model.json").write_text(write_model(model))
     code, _, error = end("predict", *arguments, *(["--model", which] if which else []))
-    assert code == 0 and ("compare with --model recalibrated" in error) == noted
+    assert code == 0 and ("compare with the recalibrated model" in error) == noted
+
+
+def test_peaks_are_on_the_terminal(end, tmp_path):
+    prepared(("predict",), tmp_path)
+    asked = tmp_path / "asked.csv"
+    rows = [f"t{i:02},{0.1 + 0.01 * i:.2f},60" for i in range(22)]
+    asked.write_text("\n".join(["trial,contact_velocity_m_per_s,pretension_n", *rows, ""]))
+    out = str(tmp_path / "other")
+    code, text, _ = end("predict", tmp_path / "model", "--conditions", asked, "--out", out)
+    head, *lines, rest, last = text.splitlines()
+    written = read_rows(tmp_path / "other/predictions.csv")
+    assert code == 0 and "at the contact" in head and "sensed" in head and len(lines) == 20
+    assert rest == "and 2 more" and last.endswith("predictions.csv: 22 impacts by the corrected model")
+    for line, row in zip(lines, written, strict=False):
+        name, *values = line.replace("±", "").split()
+        columns = ("contact_peak_force_n", "contact_peak_force_std_n", "peak_force_n", "peak_force_std_n")
+        assert name == row["trial"]
+        assert [float(x) for x in values] == pytest.approx([float(row[c]) for c in columns], abs=0.0051)
+
+
+@pytest.mark.parametrize("words, says", [
+    (["diagnos"], "no such command 'diagnos'; did you mean 'diagnose'?"),
+    (["Imprt", "x.csv"], "no such command 'Imprt'; did you mean 'import'?"),
+    (["blind", "seel"], "no such command 'seel'; did you mean 'seal'?"),
+    (["frobnicate"], "no such command 'frobnicate'; known are blind, check, design, diagnose, export, fleet,"),
+    ([""], "no such command ''; known are blind,"),
+])  # fmt: skip
+def test_a_misspelt_command_gets_a_suggestion(end, words, says):
+    code, text, error = end(*words)
+    assert code == 2 and not text and is_one_message(error) and says in error
 
 
 @pytest.mark.parametrize("which, used, says", [
     (None, "recalibrated", "this is the recalibrated one's prediction"),
-    ("corrected", "corrected", "leave out --model"),
+    ("corrected", "corrected", "take that one"),
     ("recalibrated", "recalibrated", None),
 ])  # fmt: skip
 def test_a_prediction_is_not_by_a_correction_that_is_no_better(end, tmp_path, which, used, says):
@@ -241,13 +282,18 @@ def test_a_prediction_is_not_by_a_correction_that_is_no_better(end, tmp_path, wh
 def prepared(path: tuple[str, ...], folder: Path) -> list[str]:
     """The arguments of a command whose files are there."""
     arguments = ANSWERS[" ".join(path)]
-    if path[-1] == "predict":
+    if path[-1] in ("predict", "train"):
         (folder / "model").mkdir()
         (folder / "model/model.json").write_text(write_model(gap_model()))
     if path[0] == "fleet" or (path[0] == "blind" and path[1:]):
         shutil.copytree(ROOT / "examples/rig", folder / "sets/rig")
         shutil.copy(ROOT / "examples/rig_answer.yaml", folder / "sets/rig/answer.yaml")
     return ["--json", *(str(a).replace("FOLDER", str(folder)) for a in arguments)]
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def files(folder: Path) -> list[Path]:

@@ -64,7 +64,7 @@ def on_terminal(environment: dict[str, str]) -> str:
     """What a terminal gets from the bars, on standard error."""
     code = (
         "from acf_jax.cli._progress import counted; list(counted(range(3), 'things'))\n"
-        "from train.progress import progress\nwith progress('fold', 0, 2) as told: told(1, 0.5)"
+        "from acf_jax.training.progress import progress\nwith progress('fold', 0, 2) as told: told(1, 0.5)"
     )
     terminal, end = pty.openpty()
     variables = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR")}
@@ -101,11 +101,11 @@ def test_training_ends_as_every_command_does(monkeypatch, capsys, tmp_path):
     def stop(*arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(fit, "run", stop)
+    monkeypatch.setattr("acf_jax.training.run.run", stop)
     assert fit.main(["--config", CONFIG]) == 130
     assert capsys.readouterr().err == "\nstopped; --resume goes on from the last checkpoint\n"
 
-    monkeypatch.setattr(fit, "run", lambda *arguments: print("words") or {"errors": 1})
+    monkeypatch.setattr("acf_jax.training.run.run", lambda *arguments: print("words") or {"errors": 1})
     assert fit.main(["--config", CONFIG, "--json"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out) == {"errors": 1} and err == "words\n"

@@ -113,7 +113,12 @@ DESCRIPTION_FAULTS = [
     ),
     (KG, "moving_mas_kg: {value: 2.10, std: 0.04}", "did you mean 'moving_mass_kg'?"),
     (KG, "", ": rig.moving_mass_kg: is missing"),
-    (KG, "moving_mass_kg: 2.1", ": rig.moving_mass_kg: must hold `key: value` pairs"),
+    (
+        KG,
+        "moving_mass_kg: 2.1",
+        ": rig.moving_mass_kg: has no standard deviation, which a diagnosis needs; write",
+    ),
+    (KG, "moving_mass_kg: [2.1, 0.04]", ": rig.moving_mass_kg: must hold `key: value` pairs"),
     ("std: 0.04}", "sd: 0.04}", ": rig.moving_mass_kg.sd: is not a known key; did you mean 'std'?"),
     ("std: 0.04}", "std: 0.0}", ": rig.moving_mass_kg.std: must be a number above 0"),
     ("std: 0.04}", "std: -0.04}", ": rig.moving_mass_kg.std: must be a number above 0"),

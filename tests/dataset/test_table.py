@@ -133,3 +133,9 @@ def test_more_trials_than_can_be_compared(tmp_path) -> None:
     with pytest.raises(InputError) as error:
         read_dataset(folder)
     assert error.value.faults == [f"{folder / 'trials.csv'}: lists 10,001 trials; give 10,000 at most"]
+
+
+def test_a_row_is_named_by_the_line_where_it_begins(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_bytes(b'\xef\xbb\xbf\r\na,b\r\n\r\n"two\r\nlines",1\r\n,\r\n"x",2\r\n')
+    assert [(row.number, row.cells["b"]) for row in read_table(path, ("a", "b")).rows] == [(4, "1"), (7, "2")]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from acf_jax.design.boundary import first_failure
+from acf_jax.designs.boundary import first_failure
 
 
 @pytest.mark.parametrize("edge", [1e-12, 0.1, np.pi / 7, 1 - 1e-12])

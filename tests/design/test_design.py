@@ -12,10 +12,10 @@ from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import Variant, draw_forces, forces, spread
 from acf_jax.contact.peak import AbstractPeak, Branches, ClosedForm, ContactPeak
 from acf_jax.contact.read import of_diagnosis, of_rig
-from acf_jax.design.landscape import landscape
-from acf_jax.design.remedy import Infeasible
-from acf_jax.design.solve import Design, design, sensitivities
-from acf_jax.design.task import make_task, upper_forces
+from acf_jax.designs.landscape import landscape
+from acf_jax.designs.remedy import Infeasible
+from acf_jax.designs.solve import Design, design, sensitivities
+from acf_jax.designs.task import make_task, upper_forces
 from acf_jax.surrogate import load_surrogate
 from tests.corrected import gap_model
 
@@ -126,11 +126,11 @@ def test_fresh_draws_that_contradict_tighten_the_margin(monkeypatch: pytest.Monk
     task = make_task(of_rig(IDEAL, STD), {"v_e": (0.01, 1.0)}, {"f_p": 100.0}, "fastest", 250.0, 0.95)
     agreed = design(task)
     answers = iter([False, False, True])
-    monkeypatch.setattr("acf_jax.design.solve.is_kept", lambda *_: next(answers))
+    monkeypatch.setattr("acf_jax.designs.solve.is_kept", lambda *_: next(answers))
     found = design(task)
     assert isinstance(agreed, Design) and isinstance(found, Design)
     assert found.margin.factor > agreed.margin.factor and 0.9 < found.z[-2] / agreed.z[-2] < 1
-    monkeypatch.setattr("acf_jax.design.solve.is_kept", lambda *_: False)
+    monkeypatch.setattr("acf_jax.designs.solve.is_kept", lambda *_: False)
     none = design(task)
     assert isinstance(none, Infeasible) and none.z[-2] == 0.01, "explained where it is the least loaded"
 

@@ -9,7 +9,7 @@ import pytest
 from acf_jax.dataset import GapDataset, Trial, assess_dataset
 from acf_jax.diagnosis import Diagnosis, diagnose
 from acf_jax.diagnosis.damage import highest_probability, tempered
-from acf_jax.evidence.posterior import UNKNOWN, Scored
+from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored
 from acf_jax.inference.observations import observe
 from acf_jax.report import doubts, sentence
 from tests.diagnosis.conftest import CURVES, KEPT
@@ -36,14 +36,14 @@ def test_on_damaged_data_nothing_is_more_than_99_percent_sure() -> None:
 def test_what_a_verdict_loses_goes_to_what_damage_may_hide(
     first: tuple[str, ...], other: tuple[str, ...]
 ) -> None:
-    scored = [Scored(first, 0.995), Scored(other, 0.004), Scored(("sensor_lag",), 0.001)]
-    found = tempered(scored, 0.75)
-    assert [(s.explanation, round(s.probability, 9)) for s in found] == [
+    told = Posterior((Scored(first, 0.995), Scored(other, 0.004), Scored(("sensor_lag",), 0.001)), {}, {})
+    found = tempered(told, 0.75)
+    assert [(s.explanation, round(s.probability, 9)) for s in found.scored] == [
         (first, 0.75), (other, 0.249), (("sensor_lag",), 0.001)
     ]  # fmt: skip
-    assert tempered(scored, 1.0) == scored
-    even = tempered([Scored(first, 0.995), Scored(other, 0.005)], 0.5)
-    assert [s.explanation for s in even] == [first, other]
+    assert tempered(told, 1.0) == told
+    even = tempered(Posterior((Scored(first, 0.995), Scored(other, 0.005)), {}, {}), 0.5)
+    assert [s.explanation for s in even.scored] == [first, other]
 
 
 def cut_off(dataset: GapDataset, share: float) -> GapDataset:

@@ -8,7 +8,7 @@ import pytest
 
 from acf_jax.diagnosis.document import _explanations
 from acf_jax.diagnosis.results import variant
-from acf_jax.evidence.posterior import HIGHEST, UNKNOWN, Scored
+from acf_jax.evidence.posterior import UNKNOWN, Scored
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.parameters import every_effect
 
@@ -25,10 +25,10 @@ def test_a_delay_of_all_triggers_belongs_to_a_lagging_sensor_alone(effect: str, 
     assert written.theta == tuple(theta)
 
 
-def test_no_listed_probability_is_certain_once_the_small_ones_are_left_out() -> None:
+def test_the_listed_probabilities_add_up_once_the_small_ones_are_left_out() -> None:
     small = [Scored((name,), 8e-5) for name in list(every_effect())[1:13]]
-    scored = [Scored((next(iter(every_effect())),), HIGHEST), Scored((), 0.0), Scored(UNKNOWN, 0.0), *small]
+    scored = [Scored((next(iter(every_effect())),), 0.99), Scored((), 0.0), Scored(UNKNOWN, 0.0), *small]
     listed = _explanations(SimpleNamespace(scored=scored))  # type: ignore[arg-type]
     p = [row["probability"] for row in listed]
     assert len(p) == 3 and sum(p) == pytest.approx(1.0)
-    assert max(p) == pytest.approx(HIGHEST)
+    assert max(p) == pytest.approx(1.0) and p[1:] == [0.0, 0.0]

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from acf_jax.diagnosis import candidates, search
-from acf_jax.diagnosis.search import Couple, fit_all
+from acf_jax.diagnosis import candidates, proposals, search
+from acf_jax.diagnosis.proposals import Couple
+from acf_jax.diagnosis.search import fit_all
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.parameters import Explanation
 
@@ -31,7 +32,7 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
     def run(
         chi_squares: dict[Explanation, float], promises: dict[Explanation, float], mass: float = 0.0
     ) -> list[Explanation]:
-        def couples(_: Any, leader: Any, effects: Sequence[str]) -> list[Couple]:
+        def couples(leader: Any, effects: Sequence[str]) -> list[Couple]:
             pairs = [Couple(leader, e, np.zeros(1), 0.0, 0.0) for e in effects if e not in leader.explanation]
             return [
                 c._replace(gain=g, objective=-g) for c in pairs for g in [promises.get(c.explanation, 0.0)]
@@ -41,14 +42,14 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
             explanation = tuple(sorted((*leader.explanation, name)))
             return _fit(explanation, chi_squares.get(explanation, 1000.0))
 
-        monkeypatch.setattr(search, "_couples", couples)
+        monkeypatch.setattr(search, "couples", couples)
         monkeypatch.setattr(search, "PAIRS", 6)  # fewer than are tried of five effects
-        monkeypatch.setattr(search.Ground, "of", lambda *_: None)
+        monkeypatch.setattr(search.Ground, "of", lambda _, leader: leader)
         monkeypatch.setattr(candidates, "fit_nominal", lambda _: _fit((), 1200.0))
         monkeypatch.setattr(
             candidates, "fit_single", lambda _, name: _fit((name,), chi_squares.get((name,), 1100.0), mass)
         )
-        monkeypatch.setattr(candidates, "fit_more", more)
+        monkeypatch.setattr(proposals, "fit_more", more)
         monkeypatch.setattr(candidates, "fit_further", lambda _, fitted: fitted)
         monkeypatch.setattr(candidates, "go_on", lambda _, glance: ended.append(glance.explanation) or glance)
         _, fits = fit_all(SimpleNamespace(n_used=SAMPLES), EFFECTS, lambda _: None)  # type: ignore[arg-type]

@@ -110,7 +110,7 @@ def parameters_are_known(kind: Kind) -> None:
 @rule
 def it_is_described(kind: Kind) -> None:
     text = inspect.getdoc(kind)
-    assert kind.title and text
+    assert kind.title and text and kind.remedy and kind.remedy[0].islower() and kind.remedy[-1] != "."
     assert "=" in text, "the docstring gives the equation"
     assert re.search(r"\b(19|20)\d\d\b|[Pp]aper", text), "the docstring gives a source, with its year"
     assert inspect.getmodule(kind).__file__.endswith(f"/{kind.id()}.py")

@@ -16,8 +16,8 @@ import jax
 import numpy as np
 
 from acf_jax.cli import design, identify
-from acf_jax.cli._model import ModelFile
 from acf_jax.cli.main import commands
+from acf_jax.contact.model_file import ModelFile
 from acf_jax.contact.peak import Simulated
 from acf_jax.contact.read import of_diagnosis
 from acf_jax.dataset import read_conditions, read_dataset
@@ -39,13 +39,13 @@ from acf_jax.safety.situation import read_situations
 from acf_jax.surrogate import load_surrogate
 from acf_jax.surrogate.load import Shape, new_network
 from acf_jax.surrogate.saved import signed
+from acf_jax.training import labels
+from acf_jax.training.checkpoint import State, load_state, save_state
+from acf_jax.training.config import CorrectedConfig, read_config
+from acf_jax.training.domain import make_domain
 from tests.corrected import gap_model
 from tests.dataset.impacts import write
 from tests.recording.sessions import FEW, RIG, made, small, write_csv
-from train import labels
-from train.checkpoint import State, load_state, save_state
-from train.config import CorrectedConfig, read_config
-from train.domain import make_domain
 from validation.blind import campaign, score, seal
 from validation.blind.answer import read_answer, read_said
 

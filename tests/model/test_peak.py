@@ -138,17 +138,50 @@ def test_batch_equals_samples_across_blocks():
         np.testing.assert_allclose(x, y, rtol=1e-13)
 
 
-def test_fields_of_another_shape_are_refused_with_the_remedy():
+def test_fields_of_shapes_that_do_not_fit_are_refused_with_the_remedy():
     rig, impact = Rig(4.0, 60.0, 2e3, 1.7e5), Impact(0.2, 100.0)
     rigs, impacts = batch(truth.wide_box(3, seed=1))
     for find, one, other, says in (
-        (find_peak, rig, impacts, r"\(\) and \(3,\); repeat"),
-        (find_peaks, rig, impacts, r"\(\) and \(3,\); repeat"),
+        (find_peak, rig, impacts, r"\(3,\); use find_peaks"),
+        (find_peaks, rigs, Impact(np.full(2, 0.2), 100.0), r"\(\) and \(2,\) and \(3,\); give each"),
         (find_peak, rigs, impacts, r"\(3,\); use find_peaks"),
         (find_peaks, rig, impact, r"\(\); use find_peak "),
     ):
         with pytest.raises(ValueError, match=says):
             find(one, other)
+
+
+def test_numbers_broadcast_against_arrays_and_arrays_against_each_other():
+    rig, velocities, pretensions = (
+        Rig(4.0, 60.0, 2e3, 1.7e5),
+        np.linspace(0.05, 0.35, 3),
+        np.array([60.0, 100.0]),
+    )
+    swept = find_peaks(rig, Impact(velocities, 100.0))
+    table = find_peaks(rig, Impact(velocities[:, None], pretensions))
+    assert swept.f_max.shape == (3,) and table.f_max.shape == (3, 2)
+    np.testing.assert_array_equal(table.f_max[:, 1], swept.f_max)
+    for v, row in zip(velocities, table.f_max, strict=True):
+        for f_p, force in zip(pretensions, row, strict=True):
+            assert float(force) == pytest.approx(float(one_peak(rig, Impact(v, f_p)).f_max), rel=1e-13)
+    slope = jax.grad(lambda impact: find_peaks(rig, impact).f_max.sum())(Impact(velocities, 100.0))
+    each = [jax.grad(lambda i: find_peak(rig, i).f_max)(Impact(v, 100.0)).f_p for v in velocities]
+    assert float(slope.f_p) == pytest.approx(float(sum(each)), rel=1e-12)
+
+
+def test_quantities_are_shown_with_their_units():
+    rig, impact = Rig(4.0, 60.0, 2e3, 175561.0), Impact(np.array([0.05, 0.35]), 100.0)
+    assert repr(rig) == "Rig(m=4 kg, d=60 N s/m, k_f=2000 N/m, k_c=175561 N/m)"
+    assert repr(impact) == "Impact(v_e=0.05 to 0.35 m/s (2,), f_p=100 N)"
+    swept = repr(find_peaks(rig, impact))
+    assert swept == "Peak(108.50 to 313.99 N after 1.920 to 6.098 ms, 2 impacts)"
+    assert repr(one_peak(rig, Impact(0.2, 100.0))) == "Peak(196.99 N after 5.067 ms)"
+    assert repr(one_peak(Rig(1.0, 5e3, 1e4, 1e4), Impact(0.01, 0.0))) == "Peak(none, the force keeps rising)"
+    shown = []
+    jax.jit(lambda rig: shown.append(f"{rig} {find_peak(rig, Impact(0.2, 100.0))}"))(
+        rig
+    )  # of traced values as well
+    assert shown[0].startswith("Rig(m=") and "Peak(" in shown[0]
 
 
 @pytest.mark.parametrize(

@@ -196,7 +196,7 @@ def test_the_command(tmp_path):
     review.write_text("\n".join(line for line in lines if "t006" not in line) + "\n")
     (out / "traces" / "mine.csv").write_text("a note")
     other = run(path, "--out", out, "--rig", rig, "--review", review)
-    assert other.exit_code == 0 and "t005 is not kept: dropped by the review" in other.output
+    assert other.exit_code == 0 and "t005 is not kept: dropped by hand" in other.output
     changed = read_dataset(out)
     left = {file.stem for file in (out / "traces").iterdir()}
     assert left == {"mine", *(t.name for t in changed.trials)}  # no trace of a cut that is gone

@@ -19,6 +19,7 @@ from acf_jax.diagnosis.claims import Change, Comparison
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.heldout import largest_reading
+from acf_jax.diagnosis.results import gap_model
 from acf_jax.evidence.posterior import Scored
 from acf_jax.inference.forward import Grid, forward
 from acf_jax.inference.parameters import every_effect
@@ -157,6 +158,7 @@ def test_intervals_of_parameters_are_those_of_the_stated_deviations(diagnosed: D
 
 
 def test_peaks_alone_are_told_what_to_measure(peaks_only: Diagnosis, tmp_path: Path) -> None:
+    assert gap_model(peaks_only).missing.startswith("its trials hold peaks and no force traces; record")
     page = read(peaks_only, tmp_path)
     conditions = document(peaks_only)["where"]["conditions"]
     assert all(c["excess_rms_n"] is None and c["share"] >= 0 for c in conditions)

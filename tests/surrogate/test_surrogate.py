@@ -106,7 +106,10 @@ def test_refuses_what_it_was_not_trained_for(shipped: Surrogate) -> None:
     assert "0.01 to 1 m/s, but is 2 in sample 0" in error.value.faults[1]
     assert not bool(shipped(*one(20.0, 0.0, 0.0, 1e5, 2.0, 100.0), outside="flag").is_inside)
     with pytest.raises(ValueError, match="one shape"):
-        shipped(Rig(4.0, 60.0, 2e3, 1.7e5), Impact(np.full(2, 0.2), np.full(2, 100.0)))
+        shipped(Rig(np.full(3, 4.0), 60.0, 2e3, 1.7e5), Impact(np.full(2, 0.2), np.full(2, 100.0)))
+    swept = shipped(Rig(4.0, 60.0, 2e3, 1.7e5), Impact(np.array([0.1, 0.2]), 100.0))
+    alone = shipped(Rig(4.0, 60.0, 2e3, 1.7e5), Impact(0.2, 100.0))
+    assert float(swept.f_max[1]) == pytest.approx(float(alone.f_max), rel=1e-12)
 
     with pytest.raises(InputError, match=r"zeta must be 0 to 1\.5, but is 2"):
         shipped(*one(1.0, 2 * 2 * np.sqrt(1e5).item(), 0.0, 1e5, 0.2, 100.0))

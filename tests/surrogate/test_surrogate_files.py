@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acf_jax.cli._model import ModelFile
+from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError
 from acf_jax.surrogate import load_corrected, load_surrogate
 from acf_jax.surrogate.load import DEFAULT, with_dtype

@@ -2,7 +2,7 @@
 
 import pytest
 
-from train.charts import Axis, Series, chart
+from acf_jax.training.charts import Axis, Series, chart
 
 
 @pytest.mark.parametrize("value", [1000.0, 0.0, -3.0])

@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from acf_jax.errors import InputError
+from acf_jax.training.config import read_config, to_yaml
 from train import fit
-from train.config import read_config, to_yaml
 
 REPOSITORY = Path(__file__).parents[2]
 

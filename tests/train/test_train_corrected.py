@@ -13,9 +13,9 @@ import pytest
 import yaml
 from needs import need_module
 
-from acf_jax.cli._model import ModelFile
 from acf_jax.contact.body import WALL, Body
 from acf_jax.contact.model import forces
+from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError
 from acf_jax.gap_model import write_model
 from acf_jax.safety.check import Checker
@@ -24,9 +24,10 @@ from acf_jax.safety.situation import Situation
 from acf_jax.surrogate import load_corrected
 from acf_jax.surrogate.corrected_file import save_corrected
 from acf_jax.surrogate.load import Shape, with_dtype
+from acf_jax.training import corrected, judge, labels
+from acf_jax.training.judge import Answers
 from tests.corrected import gap_model
-from train import corrected, fit, judge, labels
-from train.judge import Answers
+from train import fit
 
 SMALL: dict[str, Any] = {
     "output": "run",

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from acf_jax.surrogate import load_surrogate
-from train import evaluate
-from train.config import read_config
-from train.data import PURPOSES, draw_samples, make_data
+from acf_jax.training import evaluate
+from acf_jax.training.config import read_config
+from acf_jax.training.data import PURPOSES, draw_samples, make_data
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
@@ -45,3 +45,8 @@ def test_samples_without_a_peak_are_set_apart(small: Path) -> None:
     answers = evaluate.ask(load_surrogate(), data)
     assert answers.error.size == counts["with_peak"]
     assert all(np.isfinite(leaf).all() for leaf in (*answers, *jax.tree.leaves(data.peak)))
+
+
+def test_table_1_is_that_of_the_configurations() -> None:
+    lines = (Path(__file__).parents[2] / "configs/table1.csv").read_text("utf-8").splitlines()[1:]
+    assert tuple(tuple(map(float, line.split(",")[1:])) for line in lines) == evaluate.TABLE1

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from acf_jax.surrogate import load_surrogate
+from acf_jax.training.config import read_config
+from acf_jax.training.data import draw_samples
 from train import fit
-from train.config import read_config
-from train.data import draw_samples
 
 REPOSITORY = Path(__file__).parents[2]
 TRAIN = ("-m", "train.fit")
@@ -90,9 +90,9 @@ jax.config.update("jax_enable_x64", True)
 from jax.sharding import Mesh
 from pathlib import Path
 from acf_jax.surrogate.load import Shape
-from train.config import Optimiser
-from train.devices import AXIS, Shards
-from train.loop import fit_network
+from acf_jax.training.config import Optimiser
+from acf_jax.training.devices import AXIS, Shards
+from acf_jax.training.loop import fit_network
 
 x = np.random.default_rng(0).uniform(-1, 1, (1003, 3))  # no multiple of the devices
 y = np.stack([x[:, 0] * x[:, 1], np.where(x[:, 2] > 0, x[:, 2], np.nan)], axis=1)

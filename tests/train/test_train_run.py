@@ -14,11 +14,13 @@ import pytest
 
 from acf_jax.surrogate import load_surrogate
 from acf_jax.surrogate.saved import read_header
+from acf_jax.training import checkpoint, evaluate, loop, paper
+from acf_jax.training.checkpoint import State
+from acf_jax.training.config import read_config
+from acf_jax.training.data import make_data
+from acf_jax.training.paper import bound_error
 from tests.needs import need_chromium
-from train import checkpoint, evaluate, fit, loop
-from train.checkpoint import State
-from train.config import read_config
-from train.data import make_data
+from train import fit
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -41,8 +43,8 @@ def test_writes_what_it_promises(finished: Path) -> None:
     # about 17 % of the wide box
     assert 0.12 < counts["without_peak"] / 4096 < 0.22
     assert len(metrics["worst"]) == 10
-    for row, paper in zip(metrics["table1"], (108, 130, 195, 271, 310), strict=True):
-        assert abs(row["model"] - paper) <= 0.5
+    for row, of_paper in zip(metrics["table1"], (108, 130, 195, 271, 310), strict=True):
+        assert abs(row["model"] - of_paper) <= 0.5
         assert abs(row["surrogate"] - row["model"]) < 1
 
 
@@ -107,7 +109,7 @@ def test_a_new_run_leaves_no_checkpoint_of_an_earlier_one(
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(fit, "train_network", stopped)
+    monkeypatch.setattr(paper, "train_network", stopped)
     assert fit.main(arguments) == 130
     assert not (tmp_path / "run" / "checkpoints").exists()
     assert read_config(tmp_path / "run" / "config.yaml").seed == 4
@@ -132,7 +134,7 @@ def test_the_bound_is_a_share_of_the_surrogates_own_force(
     """Half of the force is wrong by all of itself; a force a quarter too high by a fifth of itself."""
     answers = evaluate.Answers(np.array([-0.5, 0.25]), np.zeros(2), np.array([0.05, 0.95]))
     monkeypatch.setattr(evaluate, "ask", lambda *_: answers)
-    bounded = fit.bound_error(
+    bounded = bound_error(
         load_surrogate(finished / "model.eqx"), make_data(read_config(finished / "config.yaml"), "test")
     )
     assert np.allclose(bounded.held_out.largest, [1.0, *[0.2] * 9])

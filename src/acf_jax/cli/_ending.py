@@ -1,6 +1,7 @@
 """How every command ends: one exit code, and one message in place of a traceback.
 
-0: done. 1: done, and the answer is no (a contact not allowed, nothing feasible, a training that diverged). 2: a fault
+0: done. 1: done, and the answer is no (a contact not allowed, nothing feasible, too little data, a training that
+diverged). 2: a fault
 of the options, of the input or of a file that cannot be written. 130: stopped by Ctrl-C.
 """
 
@@ -10,9 +11,9 @@ from contextlib import contextmanager
 
 import click
 
-from acf_jax.errors import InputError, one_line
+from acf_jax.errors import InputError, TooLittleData, one_line
 
-FAULT, STOPPED = 2, 130
+NO, FAULT, STOPPED = 1, 2, 130
 NOTHING_LEFT = "nothing is left half-written"
 
 
@@ -29,6 +30,8 @@ def end_well(work: Callable[[], int | None]) -> int:
     """The exit code of `work`, after one message on standard error where it did not end by itself."""
     try:
         return work() or 0
+    except TooLittleData as refusal:
+        return _say(NO, *(f"no answer: {reason}" for reason in refusal.faults))
     except InputError as error:
         return _say(FAULT, *(f"error: {fault}" for fault in error.faults))
     except click.exceptions.NoArgsIsHelpError as error:

@@ -1,6 +1,5 @@
 """Options that say how a contact ends, the same of every command."""
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -32,10 +31,6 @@ def ending_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def make_ending(**given: float | None) -> "tuple[Ending, list[str]]":
     """The ending that the options say, and what is wrong with it."""
-    from acf_jax.contact.ending import Ending, ending_faults
+    from acf_jax.contact import ending
 
-    ending = Ending(**{name: math.inf if value is None else value for name, value in given.items()})
-    faults = [
-        f"{OPTIONS[name]} must be a finite number, but is inf" for name, x in given.items() if x == math.inf
-    ]
-    return ending, faults or ending_faults(ending, OPTIONS)
+    return ending.make_ending(given, OPTIONS)

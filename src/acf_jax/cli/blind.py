@@ -10,6 +10,7 @@ from types import ModuleType
 import click
 
 import acf_jax
+from acf_jax.cli._group import Group
 from acf_jax.cli._seed import SEED
 from acf_jax.cli._workers import SCHEDULER, WORKERS, say
 
@@ -24,7 +25,7 @@ SCORE_AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON
 ELSEWHERE = "blind: is not installed; run it in a copy of acf-jax's source repository, whose folder validation/ has it"
 
 
-@click.group(epilog=EXAMPLES, invoke_without_command=True)
+@click.group(cls=Group, epilog=EXAMPLES, invoke_without_command=True)
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for data sets, diagnoses and score.")
 @click.option("--seed", default=1, show_default=True, type=SEED, help="Of all that is drawn.")
 @click.option(

@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 
 from acf_jax.cli._json import echo_json
-from acf_jax.cli._model import HELP, ModelFile
 from acf_jax.cli._progress import counted
 from acf_jax.cli._stop import OPTIONS, ending_options, make_ending
+from acf_jax.contact.model_file import HELP, ModelFile
 from acf_jax.errors import InputError
 
 EXAMPLES = """
@@ -138,7 +138,7 @@ def command(
     from acf_jax.start import start_jax
 
     start_jax()
-    from acf_jax.cli import _check_text as words
+    from acf_jax.report import check_text as words
     from acf_jax.safety.check import Checker
     from acf_jax.surrogate import load_surrogate
 

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import click
 
 from acf_jax.cli._json import echo_json
-from acf_jax.cli._model import ModelFile
 from acf_jax.cli._progress import stages
+from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError
 
 if TYPE_CHECKING:
     from acf_jax.contact.model import ContactModel
-    from acf_jax.design.config import Config, Question, Span
+    from acf_jax.designs.config import Config, Question
 
 EXAMPLES = """
 \b
@@ -42,22 +42,15 @@ def command(config: Path, plot: Path | None, as_json: bool) -> None:
 
 
 def _answer(config: "Config", model: "ContactModel", plot: Path | None, as_json: bool) -> None:
-    from acf_jax.cli import _design_text as words
-    from acf_jax.contact.ended import ended
-    from acf_jax.design.remedy import Infeasible
-    from acf_jax.design.solve import design
-    from acf_jax.design.task import make_task
+    from acf_jax.designs.answer import answer
+    from acf_jax.designs.remedy import Infeasible
+    from acf_jax.report import design_text as words
 
-    ranges = {name: (r.low, r.high) for name, r in config.ranges().items()}
-    fixed = {name: value for name in ("v_e", "f_p") if isinstance(value := getattr(config, name), float)}
-    if (ending := config.ending.ending()).is_known:
-        model = ended(model, ending)
-    task = make_task(model, ranges, fixed, config.goal, config.limit, config.probability)
     with stages() as progress:
         progress("searching the ranges")
-        found = design(task, config.starts, config.draws, config.seed)
+        found = answer(config, model)
         if plot is not None:
-            from acf_jax.cli._design_plot import write_design_plot
+            from acf_jax.report.design_plot import write_design_plot
 
             progress("drawing the ranges")
             write_design_plot(plot, found)
@@ -71,7 +64,7 @@ def _answer(config: "Config", model: "ContactModel", plot: Path | None, as_json:
 
 def _read(path: Path, faults: list[str]) -> "tuple[Config, ContactModel]":
     """The configuration and the model that it names; `InputError` with the faults of both and those known before."""
-    from acf_jax.design.config import read_question
+    from acf_jax.designs.config import read_question
 
     model = None
     try:
@@ -82,8 +75,9 @@ def _read(path: Path, faults: list[str]) -> "tuple[Config, ContactModel]":
 
             start_jax()
             model = file.load()
-            faults += _range_faults(path, question, model)
-            faults += _draws_faults(path, question.config, model)
+            from acf_jax.designs.answer import model_faults
+
+            faults += model_faults(path, question, model)
     except InputError as error:
         raise InputError([*faults, *error.faults]) from None
     if faults or question.config is None or model is None:
@@ -108,52 +102,3 @@ def _model_file(path: Path, question: "Question", faults: list[str]) -> ModelFil
         except InputError as error:
             faults += [fault for fault in error.faults if fault not in faults]
     return None
-
-
-def _draws_faults(where: Path, config: "Config | None", model: "ContactModel") -> list[str]:
-    """What is wrong with the number of draws, once all else is sound."""
-    from acf_jax.design.chance import draws_fault
-
-    fault = draws_fault(model, config.probability, config.draws) if config else None
-    return [f"{where}: draws: {fault}"] if fault else []
-
-
-def _range_faults(where: Path, question: "Question", model: "ContactModel") -> list[str]:
-    """Names that the model does not know, and ranges that its effects or a surrogate do not allow."""
-    from acf_jax.contact.read import possible_fault
-
-    faults = [
-        f"{where}: free.{name}: is not a parameter of the model; known are {', '.join(model.names[:-2])}"
-        for name in question.names("free")
-        if name not in model.names
-    ]
-    spans = {name: span for name, span in question.spans().items() if name in model.names}
-    for name, (low, high) in spans.items():
-        if fault := possible_fault(model, name, (low, high)):
-            faults.append(f"{where}: free.{name}: {low:g} to {high:g} {fault}")
-    return faults + _unlearnt(where, spans, model)
-
-
-def _unlearnt(where: Path, spans: "dict[str, Span]", model: "ContactModel") -> list[str]:
-    """Ranges and values that a surrogate was not trained for."""
-    from acf_jax.contact.peak import RIG, Learned
-    from acf_jax.contact.read import learnt_range, zeta_span
-
-    remedy = "name the diagnosis' model.json as model"
-    asked = dict(spans)
-    if isinstance(model.main.peak, Learned):
-        remedy = "leave out `surrogate`"
-        values = dict(zip(RIG, model.main.theta.tolist(), strict=True))
-        asked = {name: (x, x) for name, x in values.items()} | asked | {"zeta": zeta_span(model, spans)}
-    faults = []
-    for name, (low, high) in asked.items():
-        known = learnt_range(model, name)
-        if known is None or (known[0] <= low and high <= known[1]):
-            continue
-        learnt = f"the surrogate's {known[0]:g} to {known[1]:g}"
-        faults.append(
-            f"{where}: {name}: {low:g} to {high:g} leaves {learnt}; narrow it, or {remedy}"
-            if low < high
-            else f"{where}: {name}: {low:g} lies outside {learnt}; {remedy}"
-        )
-    return faults

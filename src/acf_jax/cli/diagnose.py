@@ -37,22 +37,14 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
 
     start_jax()
     from acf_jax.diagnosis import diagnose
-    from acf_jax.diagnosis.results import write_results
-    from acf_jax.folders import whole_folder
-    from acf_jax.report import doubts, made_of, sentence, write_report
+    from acf_jax.report import save_diagnosis, told
 
     with stages() as progress:
         diagnosis = diagnose(data, seed, progress)
         progress("writing the report")
-        with whole_folder(out) as folder:
-            content = write_results(folder, diagnosis)
-            write_report(folder / "report.html", diagnosis, content)
+        content = save_diagnosis(out, diagnosis)
     if as_json:
         echo_json(content)
     else:
-        for line in doubts(diagnosis):
-            click.echo(f"note: {line}")
-        click.echo(sentence(diagnosis))
-        if parts := made_of(diagnosis):
-            click.echo(parts)
+        click.echo(told(diagnosis))
         click.echo(f"{out / 'report.html'}: open it in a browser")

@@ -1,6 +1,5 @@
 """`python -m acf_jax export`: the peak force for controllers and programs that run no JAX."""
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +17,6 @@ Examples:
   python -m acf_jax export --c acf_peak.h
   python -m acf_jax export --surrogate artifacts/wide_box/model.eqx --onnx peak.onnx --c peak.h
 """
-EXACT = "ACF_PEAK"  # with _H the include guard of the exact peak's header
-FUNCTION = "acf_find_peak(m, d, k_f, k_c, v_e, f_p)"
 
 
 @click.command(epilog=EXAMPLES)
@@ -45,7 +42,9 @@ def command(surrogate: Path | None, header: Path | None, network: Path | None, a
         raise InputError(faults)
     if surrogate is None:
         assert header is not None
-        written = [_write_exact(header)]
+        from acf_jax.export.write import write_c
+
+        written = [{"file": str(header), "function": f"{write_c(header)}, C99"}]
     else:
         written = _write_surrogate(surrogate, header, network)
     if as_json:
@@ -60,29 +59,19 @@ def command(surrogate: Path | None, header: Path | None, network: Path | None, a
             )
 
 
-def _write_exact(header: Path) -> dict[str, Any]:
-    from acf_jax.export import peak_header
-    from acf_jax.files import write_text
-
-    write_text(header, peak_header())
-    return {"file": str(header), "function": f"{FUNCTION}, C99"}
-
-
 def _write_surrogate(surrogate: Path, header: Path | None, network: Path | None) -> list[dict[str, Any]]:
     from acf_jax.start import start_jax
 
     start_jax()
-    from acf_jax.export.c_header import c_header, identifier
     from acf_jax.export.formula import read_formula
-    from acf_jax.files import write_text
+    from acf_jax.export.write import write_c
 
     formula = read_formula(None if str(surrogate) == "shipped" else surrogate)
     # ONNX first: it is checked, and where that fails nothing is written
     written = [] if network is None else [_write_onnx(network, formula)]
     if header is not None:
-        write_text(header, c_header(formula, header.stem, str(surrogate)))
-        arguments = ", ".join(identifier(q.name) for q in formula.inputs)
-        written.append({"file": str(header), "function": f"{header.stem}({arguments}), C99"})
+        function = write_c(header, formula, str(surrogate))
+        written.append({"file": str(header), "function": f"{function}, C99"})
     return written
 
 
@@ -109,6 +98,8 @@ def _write_onnx(path: Path, formula: "Formula") -> dict[str, Any]:
 
 
 def _faults(surrogate: Path | None, header: Path | None, network: Path | None) -> list[str]:
+    from acf_jax.export.write import c_faults, file_faults
+
     faults = []
     if header is None and network is None:
         faults.append("nothing to write; name a header by --c, such as --c acf_peak.h, or a model by --onnx")
@@ -117,24 +108,8 @@ def _faults(surrogate: Path | None, header: Path | None, network: Path | None) -
     if surrogate is not None and str(surrogate) != "shipped" and not surrogate.is_file():
         remedy = "name a model.eqx that train.fit wrote, or `shipped`"
         faults.append(f"--surrogate {surrogate}: no such file; {remedy}")
-    for option, path, suffix in (("--c", header, ".h"), ("--onnx", network, ".onnx")):
-        if path is not None and path.suffix != suffix:
-            faults.append(f"{option} {path}: must end in {suffix}; rename it")
-        elif path is not None and path.is_dir():
-            faults.append(f"{option} {path}: is a folder; name a file in it")
-    if surrogate is not None and header is not None and (fault := _name_fault(header.stem)):
-        faults.append(f"--c {header}: the file's name names the function; {fault}")
+    if header is not None:
+        faults += c_faults(header, surrogate is not None, "--c")
+    if network is not None:
+        faults += file_faults(network, ".onnx", f"--onnx {network}")
     return faults
-
-
-def _name_fault(name: str) -> str | None:
-    """Why a function of a surrogate's header cannot have a name."""
-    from acf_jax.export.c_names import is_taken
-
-    if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
-        return "use letters, digits and _ only"
-    if is_taken(name):
-        return f"`{name}` is a name of C, C++ or math.h; use another, such as {name}_force.h"
-    if name.upper() == EXACT:
-        return f"`{EXACT}_H` is the include guard of the exact peak's header; use another, such as {name}_surrogate.h"
-    return None

@@ -7,7 +7,6 @@ from typing import Any
 import click
 
 from acf_jax.cli._json import echo_json
-from acf_jax.cli._rig import read_rig
 from acf_jax.errors import InputError
 
 EXAMPLES = """
@@ -39,6 +38,8 @@ def command(table: Path, rig_file: Path | None, as_json: bool) -> None:
     columns, rows, faults = _read(table)
     rig_values: dict[str, float] = {}
     if rig_file is not None:
+        from acf_jax.dataset.rig_file import read_rig
+
         rig_values, rig_faults = read_rig(rig_file)
         faults += rig_faults
     if faults:

@@ -10,11 +10,11 @@ import click
 
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import counts
+from acf_jax.cli._signals import signal_options
 from acf_jax.cli._stale import traces_of
 
 if TYPE_CHECKING:
     from acf_jax.recording import Impacts
-    from acf_jax.recording.cut import Cut
 
 EXAMPLES = """
 \b
@@ -24,7 +24,6 @@ Examples:
   python -m acf_jax import log.csv --out my_rig --force "-1*Fz" --velocity "0.001*v_mm_s" --pretension preload
 """
 PAGE, REFUSED = "import.html", "import_refused.html"
-SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 
 
 @click.command(epilog=EXAMPLES)
@@ -32,22 +31,8 @@ SIGNAL = "[SCALE*]COLUMN or [SCALE*]/TOPIC[:FIELD]"
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Folder for the data set; needed but with --list."
 )
-@click.option(
-    "--with",
-    "other",
-    type=click.Path(path_type=Path),
-    help="Recording of the robot, where that is one of its own.",
-)
 @click.option("--rig", type=click.Path(path_type=Path), help="YAML file: what is known of the rig.")
-@click.option("--mapping", type=click.Path(path_type=Path), help="YAML file: what the signals are.")
-@click.option("--force", metavar="SIGNAL", help=f"N, positive in contact: {SIGNAL}.")
-@click.option("--velocity", metavar="SIGNAL", help="m/s, of the robot towards the part; or a number.")
-@click.option("--position", metavar="SIGNAL", help="m, in place of the velocity: its derivative counts.")
-@click.option("--pretension", metavar="SIGNAL", help="N; or a number.")
-@click.option("--time", metavar="COLUMN", help="Of the times, in a table; or A+B, their sum.")
-@click.option(
-    "--rate", "sample_rate_hz", type=float, metavar="HZ", help="Sampling rate of a table without times."
-)
+@signal_options
 @click.option(
     "--review", type=click.Path(path_type=Path), help="YAML file of the cuts: written, then honoured."
 )
@@ -183,27 +168,16 @@ def _leave(impacts: "Impacts", out: Path, review: Path | None) -> tuple[Path, "I
 
 
 def _text(impacts: "Impacts", out: Path, page: Path, review: Path | None, described: bool) -> str:
-    kept, session = impacts.kept, impacts.session
-    found = f"{len(impacts.cuts)} contacts in {session.duration:.1f} s"
+    from acf_jax.recording.words import found
+
+    lines = found(impacts)
     if impacts.faults:
-        lines = [f"{found}, no data set", *(_line(impacts, cut) for cut in impacts.cuts), *impacts.notes]
         if page.exists():
             lines.append(f"{page}: look at what was found in a browser")
         if review is not None and review.exists():
             lines.append(f"{review}: keep, drop or move a contact here, then import again")
         return "\n".join(lines)
-    conditions = {cut.condition for cut in kept}
-    odd = [
-        f"{cut.trial} is not kept: {'; '.join(cut.remarks) or 'dropped by the review'}"
-        for cut in impacts.cuts
-        if not cut.keep
-    ]
-    lines = [
-        f"{found}, {len(kept)} kept, at {len(conditions)} conditions",
-        *odd,
-        *impacts.notes,
-        f"{page}: look at every cut in a browser",
-    ]
+    lines.append(f"{page}: look at every cut in a browser")
     if review is not None:
         lines.append(f"{review}: drop or move a cut here, then import again")
     if described:
@@ -213,13 +187,6 @@ def _text(impacts: "Impacts", out: Path, page: Path, review: Path | None, descri
             f"{out / 'dataset.yaml'}: fill in the rig, or import again with --rig FILE, before `diagnose`"
         )
     return "\n".join(lines)
-
-
-def _line(impacts: "Impacts", cut: "Cut") -> str:
-    """One contact of a recording of which no data set came."""
-    at = 1e-9 * (cut.contact.begin - int(impacts.session.force.time[0]))
-    state = "can be used" if cut.keep else f"not kept: {'; '.join(cut.remarks) or 'dropped by the review'}"
-    return f"{cut.trial} at {at:.4f} s, {cut.words}: {state}"
 
 
 def _document(impacts: "Impacts") -> dict[str, Any]:

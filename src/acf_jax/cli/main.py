@@ -12,11 +12,12 @@ import click
 
 from acf_jax import __version__
 from acf_jax.cli._ending import end_well
+from acf_jax.cli._group import Group
 
 COMPLETE = "_ACF_JAX_COMPLETE"  # click's variable for shell completion
 
 
-class CommandFolder(click.Group):
+class CommandFolder(Group):
     """The commands are the modules beside this one that have a `command`; a new file is a new command."""
 
     def list_commands(self, context: click.Context) -> list[str]:

@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 from acf_jax.cli._json import echo_json
-from acf_jax.cli._model import ModelFile
-from acf_jax.cli._rig import collect_rig, option, value_fault
+from acf_jax.cli._rig import collect_rig, option
+from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError
 
 EXAMPLES = """
@@ -65,6 +65,8 @@ def command(
                 faults.append(f"--model {model_file}: is a rig; give it by --rig")
         except InputError as error:
             faults += error.faults
+    from acf_jax.dataset.units import value_fault
+
     faults += [fault for v in v_e if (fault := value_fault("v_e", v, option("v_e")))]
     if not v_e:
         faults.append("--v-e is missing; give one contact velocity or more, in m/s")
@@ -82,7 +84,7 @@ def command(
         return
     rows = _peaks(rig_values, v_e, float(f_p or 0))
     if plot is not None:
-        from acf_jax.cli._peak_plot import write_force_plot
+        from acf_jax.report.peak_plot import write_force_plot
 
         write_force_plot(plot, rig_values, rows, float(f_p or 0))
     if as_json:
@@ -127,25 +129,23 @@ def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: boo
     import numpy as np
 
     from acf_jax.contact.body import WALL
+    from acf_jax.contact.learnt import ask
     from acf_jax.contact.peak import Simulated, Trained
 
     model = file.load()
     law = model.main.peak
-    z = jnp.asarray(np.array([model.at(v, f_p) for v in v_e]))
+    z = np.array([model.at(v, f_p) for v in v_e])
     rows: list[dict[str, Any]] = []
     if isinstance(law, Trained):
-        surrogate = law.surrogate
-        q = jax.vmap(lambda z: law.sample(z, WALL))(z)
-        found = jax.jit(jax.vmap(surrogate.predict))(q)
-        for v, sample, *answer in zip(v_e, np.asarray(q), *map(np.asarray, found), strict=True):
-            force, time, bound, is_inside = answer
+        found, faults = ask(law, z)
+        for v, fault, force, time, bound, is_inside in zip(v_e, faults, *found, strict=True):
             row = {"v_e": v, "f_max": float(force), "t_max": float(time), "error_bound": float(bound)}
-            if not is_inside:
-                row = dict.fromkeys(row) | {"v_e": v, "fault": "; ".join(surrogate.domain.faults(sample))}
+            if fault:
+                row = dict.fromkeys(row) | {"v_e": v, "fault": fault}
             rows.append(row | {"has_peak": bool(is_inside)})
     else:
         assert isinstance(law, Simulated)
-        peaks = jax.jit(jax.vmap(lambda z: law.largest(z, WALL)))(z)
+        peaks = jax.jit(jax.vmap(lambda z: law.largest(z, WALL)))(jnp.asarray(z))
         for v, force, time, exists in zip(v_e, *map(np.asarray, peaks), strict=True):
             values = (
                 {"f_max": float(force), "t_max": float(time)} if exists else {"f_max": None, "t_max": None}

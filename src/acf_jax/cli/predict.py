@@ -12,7 +12,7 @@ from acf_jax.cli._progress import stages
 from acf_jax.cli._stale import traces_of
 
 if TYPE_CHECKING:
-    from acf_jax.gap_model import GapModel
+    from acf_jax.predict import Prediction
 
 EXAMPLES = """
 \b
@@ -20,6 +20,7 @@ Examples:
   python -m acf_jax predict result --conditions conditions.csv --out predictions
   python -m acf_jax predict result --conditions conditions.csv --out nominal --model nominal --sample-rate 8000
 """
+SHOWN = 20  # impacts of which the terminal shows the peaks
 COLUMNS = (
     "trial",
     "contact_velocity_m_per_s",
@@ -88,7 +89,7 @@ def command(
     from acf_jax.files import write_text
     from acf_jax.folders import whole_folder
     from acf_jax.gap_model import read_model
-    from acf_jax.predict import predict
+    from acf_jax.predict import notes, predict
 
     model = read_model(diagnosis_dir / "model.json")
     asked, which = which, which or model.preferred
@@ -123,11 +124,10 @@ def command(
     if as_json:
         echo_json({"model": which, "predictions": [_numbers(row) for row in rows]})
     else:
+        click.echo(_peaks([(t.name, p) for t, p in zip(trials, predictions, strict=True)]))
         click.echo(f"{out / 'predictions.csv'}: {len(trials)} impacts by the {which} model")
-    if note := _correction_note(model, asked):
+    for note in notes(model, v_e, f_p, asked):  # type: ignore[arg-type]
         click.echo(f"note: {note}", err=True)
-    _warn_beyond(v_e, model.v_range, "contact velocities", "m/s")
-    _warn_beyond(f_p, model.f_p_range, "pretensions", "N")
     if diverging := [t.name for t, p in zip(trials, predictions, strict=True) if p.diverges]:
         click.echo(
             f"note: the correction diverges at {', '.join(diverging[:5])}{' and others' * (len(diverging) > 5)}, too"
@@ -136,30 +136,21 @@ def command(
         )
 
 
-def _correction_note(model: "GapModel", asked: str | None) -> str:
-    """What a reader has to know of the corrected model before trusting it, or before missing it."""
-    if asked in ("nominal", "recalibrated"):
-        return ""
-    if model.better is False:
-        used = "this is the recalibrated one's prediction" if asked is None else "leave out --model"
-        return (
-            "on conditions that the fit did not see the corrected model is not better than the recalibrated one;"
-            f" {used}"
-        )
-    if model.shown_closer is False:
-        return (
-            "held-out conditions do not show that the corrected model comes closer than the recalibrated one;"
-            " compare with --model recalibrated"
-        )
-    return ""
+def _peaks(rows: "list[tuple[str, Prediction]]") -> str:
+    """Peak forces with one standard deviation, an impact a line; of many the first, all are in the file."""
+    shown = rows[:SHOWN]
+    width = max(len("impact"), *(len(name) for name, _ in shown))
+    lines = [f"{'impact':{width}}  peak at the contact, N   peak sensed, N"]
+    for name, p in shown:
+        contact = _with_std(p.contact_peak_force, p.contact_peak_force_std)
+        lines.append(f"{name:{width}}  {contact:>22}  {_with_std(p.peak_force, p.peak_force_std):>15}")
+    if len(rows) > SHOWN:
+        lines.append(f"and {len(rows) - SHOWN:,} more")
+    return "\n".join(lines)
 
 
-def _warn_beyond(values, tried: tuple[float, float], what: str, unit: str) -> None:  # type: ignore[no-untyped-def]
-    if values.min() < 0.5 * tried[0] or values.max() > 1.5 * tried[1]:
-        click.echo(
-            f"note: some {what} lie far beyond the tried {tried[0]:g} to {tried[1]:g} {unit}: the model extrapolates",
-            err=True,
-        )
+def _with_std(value: float, std: float) -> str:
+    return f"{value:.2f} ± {std:.2f}"
 
 
 def _numbers(row: tuple) -> dict[str, str | float]:  # type: ignore[type-arg]

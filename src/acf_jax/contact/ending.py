@@ -44,6 +44,21 @@ class Ending(NamedTuple):
 OPEN = Ending()
 
 
+def make_ending(
+    given: Mapping[str, float | None], names: Mapping[str, str] | None = None
+) -> tuple[Ending, list[str]]:
+    """The ending that is given by field, None for what is not known, and what is wrong with it.
+
+    **Arguments:** `names`: what the fields are called where the user wrote them.
+    """
+    called = {name: (names or {}).get(name, name) for name in given}
+    ending = Ending(**{name: math.inf if value is None else value for name, value in given.items()})
+    faults = [
+        f"{called[name]} must be a finite number, but is inf" for name, x in given.items() if x == math.inf
+    ]
+    return ending, faults or ending_faults(ending, names)
+
+
 def ending_faults(ending: Ending, names: Mapping[str, str] | None = None) -> list[str]:
     """What is wrong with an ending: `name message` each, with the remedy.
 

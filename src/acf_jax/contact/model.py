@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from acf_jax.contact.body import Body
 from acf_jax.contact.peak import RIG, AbstractPeak, Branches, ContactPeak
 from acf_jax.contact.tried import Tried
+from acf_jax.errors import TooLittleData
 
 Scalar = Float[Array, ""]
 
@@ -43,6 +44,7 @@ class ContactModel(eqx.Module):
     better: bool | None = eqx.field(
         static=True, default=None
     )  # its correction, on conditions that no fit saw
+    missing: str = eqx.field(static=True, default="")  # what too little data are short of, and what to add
 
     def at(self, v_e: float, f_p: float) -> np.ndarray:
         """z at the parameters' best values."""
@@ -54,6 +56,11 @@ class ContactModel(eqx.Module):
             return self.relative
         extra = np.zeros(len(v.theta) - len(RIG))
         return np.r_[self.relative[: len(RIG)], extra, self.relative[-2:]]
+
+    def check_carried(self) -> None:
+        """`TooLittleData` where the diagnosis behind it could not answer: nothing may be built on its model."""
+        if self.verdict == "insufficient_data":
+            raise TooLittleData(f"{self.source}: {self._of_verdict}: {self.missing}")
 
     @property
     def doubt(self) -> str:

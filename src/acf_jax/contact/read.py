@@ -27,20 +27,26 @@ def of_rig(
     surrogate: Surrogate | None = None,
     tried: Tried | None = None,
     source: str = "rig",
+    stds: Mapping[str, float] | None = None,
 ) -> ContactModel:
     """The paper's model at given values, each with a relative standard deviation (zero where none is given).
 
     **Arguments:** `rig`: m in kg, d in N s/m, k_f and k_c in N/m. `relative_std`: standard deviation over value, of
     these and of v_e and f_p. `surrogate`: answers in place of the closed form. `tried`: which v_e and f_p measurements
-    stand behind, where there are any.
+    stand behind, where there are any. `stds`: standard deviations in the unit of the value, where no relative one is
+    given.
     """
     theta = np.array([float(rig[name]) for name in RIG])
+    std = np.array([float((stds or {}).get(name, 0.0)) for name in RIG])
+    # a deviation of a value of zero is a share of nothing
+    relative_std = {n: s / x for n, s, x in zip(RIG, std, theta, strict=True) if s and x} | dict(relative_std)
+    covariance = np.diag(np.where(theta == 0, std, 0.0) ** 2)
     peak: AbstractPeak = ClosedForm() if surrogate is None else Learned(surrogate)
     names = (*RIG, *IMPACT)
     return ContactModel(
         names=names,
         units=(*UNITS, "m/s", "N"),
-        main=Variant(peak, theta, np.zeros((4, 4)), LEAST_SHARE * theta, 1.0),
+        main=Variant(peak, theta, covariance, LEAST_SHARE * theta, 1.0),
         others=(),
         relative=np.array([float(relative_std.get(name, 0.0)) for name in names]),
         form_error=0.0,
@@ -87,6 +93,7 @@ def of_diagnosis(
         source=source,
         verdict=model.verdict,
         better=model.better,
+        missing=model.missing,
     )
 
 

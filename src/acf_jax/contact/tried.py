@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 Range = tuple[float, float]
 Condition = tuple[float, float]  # v_E in m/s, F_P in N
-ROUNDING = 1e-9
+FIGURES = (
+    3  # with which reports and the terminal name a speed and a pretension: one that reads the same was tried
+)
 
 
 class Tried(NamedTuple):
@@ -17,8 +19,9 @@ class Tried(NamedTuple):
 
     def speeds_at(self, f_p: float) -> Range:
         """Lowest and highest velocity between the trials at a pretension; the whole range where none is between."""
-        if not self.corners or not self.f_p[0] <= f_p <= self.f_p[1]:
+        if not self.corners or not _lies(f_p, self.f_p):
             return self.v_e
+        f_p = min(max(f_p, self.f_p[0]), self.f_p[1])
         speeds = [v for v, f in self.corners if f == f_p]
         for (v_1, f_1), (v_2, f_2) in combinations(self.corners, 2):
             if min(f_1, f_2) < f_p < max(f_1, f_2):
@@ -31,14 +34,20 @@ class Tried(NamedTuple):
         faults = [
             f"{name} = {value:g} {unit} lies outside the tried {low:g} to {high:g} {unit}"
             for name, unit, value, (low, high) in rows
-            if not low <= value <= high
+            if not _lies(value, (low, high))
         ]
         if faults:
             return faults
         low, high = self.speeds_at(f_p)
-        if low * (1 - ROUNDING) <= v_e <= high * (1 + ROUNDING):
+        if _lies(v_e, (low, high)):
             return []
         return [
             f"v_e = {v_e:g} m/s was tried, and f_p = {f_p:g} N, but not together: with that pretension only"
             f" {low:g} to {high:g} m/s lie between the trials"
         ]
+
+
+def _lies(value: float, span: Range) -> bool:
+    """Whether a value lies in a range, as both are read: a trial at 0.05004 m/s is one at 0.05 m/s."""
+    low, x, high = (float(f"{number:.{FIGURES}g}") for number in (span[0], value, span[1]))
+    return low <= x <= high

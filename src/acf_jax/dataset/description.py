@@ -1,5 +1,7 @@
 """dataset.yaml: the rig's priors and how it was measured, checked against the contract."""
 
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -7,7 +9,9 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field
 
 from acf_jax.dataset import units
+from acf_jax.dataset.rig_file import KEYS, as_prior
 from acf_jax.dataset.trials import Measurement, Prior, RigPrior
+from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
 from acf_jax.forms import Part, check_form
 
@@ -79,6 +83,19 @@ class _Document(Part):
     measurement: _Measurement = _Measurement()
 
 
+def check_prior(values: Mapping[str, tuple[Any, Any]], where: str) -> RigPrior:
+    """The prior of value and standard deviation of m, d, k_f and k_c, SI units.
+
+    **Raises:** `InputError` that lists every fault as `where.m.value: what is wrong; remedy`.
+    """
+    content = {KEYS[name]: {"value": value, "std": std} for name, (value, std) in values.items()}
+    try:
+        return _prior(check_form(_Rig, content, where))
+    except InputError as error:
+        called = {key: name for name, key in KEYS.items()}
+        raise InputError(_renamed(error.faults, f"{where}: ", f"{where}.", called)) from None
+
+
 def read_description(path: Path) -> tuple[str, RigPrior, Measurement]:
     """Description, rig prior and measurement of a dataset.yaml; `InputError` with all its faults."""
     return check_description(path, read_yaml_mapping(path))
@@ -86,15 +103,23 @@ def read_description(path: Path) -> tuple[str, RigPrior, Measurement]:
 
 def check_description(path: Path, mapping: dict[str, Any]) -> tuple[str, RigPrior, Measurement]:
     """The same of a mapping that was read from `path`."""
-    document = check_form(_Document, mapping, path)
-    rig, measurement = document.rig, document.measurement
-    priors = (
-        Prior(known.value, known.std)
-        for known in (
-            rig.moving_mass_kg,
-            rig.damping_n_s_per_m,
-            rig.actuator_stiffness_n_per_m,
-            rig.contact_stiffness_n_per_m,
-        )
-    )
-    return document.description, RigPrior(*priors), Measurement(**measurement.model_dump())
+    content, called, faults = as_prior(mapping, str(path))
+    try:
+        document = check_form(_Document, content, path)
+    except InputError as error:
+        faults += _renamed(error.faults, f"{path}: rig.", f"{path}: rig.", called)
+    if faults:
+        raise InputError(faults)
+    measurement = Measurement(**document.measurement.model_dump())
+    return document.description, _prior(document.rig), measurement
+
+
+def _renamed(faults: Sequence[str], before: str, after: str, called: Mapping[str, str]) -> list[str]:
+    """Faults with what the user calls a parameter in place of the form's key, between `before` and its own end."""
+    key = re.compile(rf"^{re.escape(before)}({'|'.join(map(re.escape, called)) or '$'})\b")
+    return [key.sub(lambda found: f"{after}{called[found[1]]}", fault) for fault in faults]
+
+
+def _prior(rig: _Rig) -> RigPrior:
+    known = (getattr(rig, key) for key in KEYS.values())
+    return RigPrior(*(Prior(part.value, part.std) for part in known))

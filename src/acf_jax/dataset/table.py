@@ -19,7 +19,7 @@ _MOST_COLUMNS = 1000
 _MOST_CELLS = 1_000_000  # of a table whose cells are kept as text: a few hundred megabytes of memory
 LONGEST_ROW = 1_000_000  # characters; its cells take up to fifty times as much memory
 
-Record = tuple[int, list[str]]  # line in the file, and cells
+Record = tuple[int, list[str]]  # line in the file, where it begins, and cells
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,10 @@ def opened(path: Path) -> io.TextIOWrapper:
 
 
 def records_of(path: Path, file: io.TextIOBase, before: int = 0) -> Iterator[Record]:
-    """The records of a text behind so many lines; `InputError` for one that is too long to be a row."""
+    """The records of a text behind so many lines, with the line where each begins.
+
+    **Raises:** `InputError` for one that is too long to be a row.
+    """
     length = 0  # of the record that is being read, which may span lines
 
     def lines() -> Iterator[str]:
@@ -181,7 +184,8 @@ def records_of(path: Path, file: io.TextIOBase, before: int = 0) -> Iterator[Rec
             yield line
 
     reader = csv.reader(lines(), strict=True)
+    begin = 1
     for cells in reader:
-        length = 0
         if cells:
-            yield before + reader.line_num, cells
+            yield before + begin, cells
+        length, begin = 0, reader.line_num + 1

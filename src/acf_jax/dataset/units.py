@@ -7,10 +7,13 @@ The limits leave at least a factor of five around rigs seen in practice (0.5 to 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from acf_jax.dataset.trials import Prior, RigPrior, Trace, Trial
+from acf_jax.documents import is_number
+from acf_jax.errors import shown
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,7 @@ QUANTITIES = {
     "f_p": PRETENSION,
     "limit": FORCE_LIMIT,
 }
+MUST_BE_POSITIVE = ("m", "k_c", "limit")
 
 # Stands in for a rig whose description is faulty, so that the units of its traces are still judged.
 TYPICAL_RIG = RigPrior(Prior(4.0, 2.0), Prior(80.0, 80.0), Prior(5e3, 5e3), Prior(2e5, 1e5))
@@ -71,6 +75,15 @@ _FAR = 100.0  # a factor that no rig's uncertainty explains, yet well below the 
 def unit_fault(name: str, value: float) -> str | None:
     """Why a value of one of `QUANTITIES` must be in another unit; None where it may be right, as zero is in any."""
     return QUANTITIES[name].fault(value) if name in QUANTITIES and value else None
+
+
+def value_fault(name: str, value: Any, where: str) -> str | None:
+    """What is wrong with a value of one of `QUANTITIES`, its sign or its unit, after `where`, if anything is."""
+    range_ = "positive" if name in MUST_BE_POSITIVE else "zero or positive"
+    if is_number(value) and (value > 0 or (value == 0 and name not in MUST_BE_POSITIVE)):
+        return f"{where} {fault}" if (fault := unit_fault(name, value)) else None
+    unit = QUANTITIES[name].unit
+    return f"{where} must be a number, finite and {range_}, in {unit}, but is {shown(value)}; correct it"
 
 
 def expected_peak(rig: RigPrior, trial: Trial) -> float:

@@ -90,37 +90,63 @@ def fit_more(
     observations: Observations,
     fitted: Fit,
     name: str,
-    promised: np.ndarray | None = None,
+    promised: np.ndarray,
     iterations: int = ITERATIONS,
+    near: bool = False,
 ) -> Fit:
-    """A fitted explanation with one more effect, from its strong start and from what it promised (`Ground.promise`)."""
+    """A fitted explanation with one more effect, from what it promised (`Ground.promise`) and from its strong start.
+
+    `near`: the fit leaves so little that what was promised is near the answer: it begins there alone.
+    """
     blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
 
     def beside(start: np.ndarray) -> np.ndarray:
         middle = [blocks.get(effect, start) for effect in explanation]
-        return np.concatenate([fitted.theta[:4], *middle, fitted.common])
+        return np.concatenate([fitted.theta[:4], *middle, fitted.theta[len(fitted.physical) :]])
 
-    own_starts = [np.array(starts(name, observations.measures)[-1])] + (
-        [] if promised is None else [promised]
-    )
+    strong = np.array(starts(name, observations.measures)[-1])
     return best(
-        fit(observations, explanation, beside(start), fitted.nuisance, iterations=iterations)
-        for start in own_starts
+        fit(observations, explanation, beside(start), fitted.nuisance, warm=near, iterations=iterations)
+        for start in ([promised] if near else [strong, promised])
     )
 
 
-def go_on(observations: Observations, fitted: Fit, warm: bool = False) -> Fit:
-    """A fit carried on that was ended early, or (`warm`) that ended under another noise than the observations'."""
-    tolerance = _tolerance(fitted.explanation)
+def go_on(
+    observations: Observations,
+    fitted: Fit,
+    warm: bool = False,
+    iterations: int = ITERATIONS,
+    tolerance: float | None = None,
+) -> Fit:
+    """A fit carried on that was ended early, or (`warm`) that ended under another noise."""
     return fit(
-        observations, fitted.explanation, fitted.theta, fitted.nuisance, warm=warm, tolerance=tolerance
+        observations,
+        fitted.explanation,
+        fitted.theta,
+        fitted.nuisance,
+        warm=warm,
+        iterations=iterations,
+        tolerance=_tolerance(fitted.explanation) if tolerance is None else tolerance,
     )
 
 
 def best(fits: Iterable[Fit]) -> Fit:
     """The fit with the lowest objective; of equals the first."""
     return min(fits, key=lambda f: f.objective)
+
+
+def best_first(fits: Iterable[Fit]) -> list[Fit]:
+    """The fits that did not break down, the best first."""
+    return sorted((f for f in fits if np.isfinite(f.objective)), key=lambda f: f.objective)
+
+
+def best_of_each(fits: Iterable[Fit]) -> list[Fit]:
+    """The best fit of each explanation, the best first."""
+    found: dict[Explanation, Fit] = {}
+    for one in best_first(fits):
+        found.setdefault(one.explanation, one)
+    return list(found.values())
 
 
 def in_parallel(tasks: Sequence[Callable[[], Result]]) -> list[Result]:

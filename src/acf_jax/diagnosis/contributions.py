@@ -2,21 +2,19 @@
 
 All of it is told on conditions that no fit saw. With T the mean square of what the recalibrated model misses there, L
 that of the corrected model and F that of what no model can predict, the effects explain T - L together, the background
-is L - F, the scatter F. Among several effects their part is shared out by Shapley: each one's share is what the
-prediction gains by adding it, averaged over every order of adding (Shapley, 'A value for n-person games', 1953).
+is L - F, the scatter F. Several effects share their part by what each adds to the prediction, averaged over the orders
+of adding (Shapley, 'A value for n-person games', 1953), as if they acted on one another in pairs.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import combinations
-from math import factorial
 
 import numpy as np
 
 from acf_jax.diagnosis.candidates import best, blocks_of, in_parallel
 from acf_jax.diagnosis.heldout import TIMING, HeldOut
-from acf_jax.diagnosis.shrinkage import ENDS, resample
+from acf_jax.diagnosis.shrinkage import ENDS, forms_elsewhere, resample
 from acf_jax.effects import library
 from acf_jax.evidence.posterior import Scored
 from acf_jax.inference.baseline import Ground
@@ -80,7 +78,11 @@ def contributions(
     gap = held["recalibrated"].residual
     by_effect = np.array([sums(change * gap) for change in changes]).reshape(len(effects), len(groups))
     drawn = np.concatenate([np.arange(len(groups))[None], resample(len(groups), seed, RESAMPLES)])
-    shares = _shares(*(v[..., drawn].sum(-1) for v in (before, left, floor, by_effect)))
+    of_before, of_left, of_floor, of_effects = (
+        v[..., drawn].sum(-1) for v in (before, left, floor, by_effect)
+    )
+    of_left[1:] *= forms_elsewhere(RESAMPLES, np.random.default_rng(seed))
+    shares = _shares(of_before, of_left, of_floor, of_effects)
     alone = _shares(before, left, floor, by_effect)
     rms = np.sqrt(alone * before / np.maximum(samples, 1))
     peaks = _peaks(o, after, changes)
@@ -125,25 +127,22 @@ def _interval(draws: np.ndarray, absent: float) -> tuple[float, float]:
 
 
 def _changes(o: Observations, fits: Sequence[Fit], corrected: Fit) -> list[np.ndarray]:
-    """(trials, n) N, of each effect by what it changes the prediction, averaged over the orders of adding."""
+    """(trials, n) N, of each effect by what it changes the prediction: the mean of added first and of added last.
+
+    That is its Shapley value as long as effects act on one another in pairs.
+    """
     effects = corrected.explanation
+    rests = {name: tuple(e for e in effects if e != name) for name in effects}
     known = {f.explanation: f for f in fits} | {effects: corrected}
-    subsets = [s for k in range(len(effects) + 1) for s in combinations(effects, k)]
-    missing = [s for s in subsets if s not in known]
+    wanted = {(), effects, *rests.values(), *((name,) for name in effects)}
+    missing = sorted(wanted - known.keys())
     found = in_parallel([partial(_without_others, o, corrected, s) for s in missing])
     known |= dict(zip(missing, found, strict=True))
-    predicted = {s: _predicted(o, known[s]) for s in subsets}
-    n = len(effects)
+    predicted = {s: _predicted(o, known[s]) for s in wanted}
     return [
-        np.asarray(
-            sum(
-                factorial(len(s)) * factorial(n - len(s) - 1) / factorial(n)
-                * (predicted[tuple(sorted((*s, name)))] - predicted[s])
-                for s in subsets if name not in s
-            )
-        )
-        for name in effects
-    ]  # fmt: skip
+        (predicted[(name,)] - predicted[()] + predicted[effects] - predicted[rest]) / 2
+        for name, rest in rests.items()
+    ]
 
 
 def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fit:

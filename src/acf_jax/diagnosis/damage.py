@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from acf_jax.dataset import Quality
-from acf_jax.evidence.posterior import UNKNOWN, Scored, ranked
+from acf_jax.evidence.posterior import UNKNOWN, Posterior, ranked
 
 EVEN = 0.5  # probability that a damaged trial shows its damage rather than the rig: nothing more is known
 AT_MOST = 0.99  # where there is any damage
@@ -20,20 +20,21 @@ def highest_probability(quality: Quality, compared: Sequence[str]) -> float:
     return min(AT_MOST, 1 - EVEN * share) if share else 1.0
 
 
-def tempered(scored: Sequence[Scored], highest: float) -> list[Scored]:
-    """The explanations, none above `highest`: what the first one loses goes to a cause outside the library.
+def tempered(told: Posterior, highest: float) -> Posterior:
+    """The posterior, nothing above `highest`: what the first explanation loses goes to a cause outside the library.
 
     Where that leads itself, to nothing unmodelled: then the damage is all there is.
     """
-    first = scored[0]
+    first = told.scored[0]
     if first.probability <= highest:
-        return list(scored)
-    total = {s.explanation: s.probability for s in scored}
+        return told
+    total = dict(told.scored)
     other = () if first.explanation == UNKNOWN else UNKNOWN
     total[first.explanation] = highest
     total[other] = total.get(other, 0.0) + first.probability - highest
     # at even odds another may be as probable: the first one stays first
-    return sorted(ranked(total), key=lambda s: s.explanation != first.explanation)
+    scored = sorted(ranked(total), key=lambda s: s.explanation != first.explanation)
+    return told._replace(scored=tuple(scored))
 
 
 def statements(quality: Quality, compared: Sequence[str], highest: float) -> list[str]:

@@ -10,6 +10,7 @@ from acf_jax.dataset.noise import approach_samples
 from acf_jax.diagnosis import claims, damage, identifiability, strain
 from acf_jax.diagnosis.contributions import Contribution, contributions
 from acf_jax.diagnosis.experiment import Experiment, propose
+from acf_jax.diagnosis.explain import explain
 from acf_jax.diagnosis.heldout import (
     FORM_UNKNOWN,
     CrossValidation,
@@ -21,24 +22,13 @@ from acf_jax.diagnosis.heldout import (
 )
 from acf_jax.diagnosis.outliers import outliers
 from acf_jax.diagnosis.search import Progress, fit_all, recoloured
-from acf_jax.diagnosis.shrinkage import Shrinkage, form_of, held_out_shrinkage, peak_shrinkage
+from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, held_out_shrinkage, peak_shrinkage
 from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
-from acf_jax.evidence.occam import volumes
-from acf_jax.evidence.optimism import optimism
-from acf_jax.evidence.posterior import (
-    UNKNOWN,
-    Scored,
-    components,
-    credible_set,
-    doubt,
-    explanations,
-    of_each_fit,
-    probabilities,
-)
-from acf_jax.evidence.scores import Evidence, evidence_of
+from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, posterior
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations, observe
@@ -51,8 +41,6 @@ ONE_CONDITION = (
     " add trials at another contact velocity"
 )
 NOT_COMPARED = "its trace holds nothing to compare: no impact, or its end, lies behind first contact"
-NEAR = 120.0  # chi-square of the whole gap below which it is told how free an effect was to explain it
-HOPEFUL = 0.7  # where the interval of the shrinkage reaches it, the explanation is not doubted
 
 
 @dataclass(frozen=True)
@@ -79,7 +67,7 @@ class Diagnosis:
     shrinkage_peak: Shrinkage | None
     fits: tuple[Fit, ...]  # the paper's model first, the others most probable first
     probability: tuple[float, ...]  # of each fit
-    evidence: tuple[Evidence, ...]  # that it rests on
+    evidence: tuple[Marginal, ...]  # what the probabilities rest on: each explanation beside each discrepancy
     nominal: Fit
     corrected: Fit
     held: dict[str, HeldOut]
@@ -127,34 +115,30 @@ def diagnose(
     progress("asking what the noise is like")
     traces = [t.trace for t in quality.dataset.trials if t.trace and t.name in observations.names]
     observations, fits = recoloured(observations, [recalibrated, *fits], list(map(approach_samples, traces)))
+    progress("weighing explanations")
+    fits, evidence = explain(observations, fits, effects)
+    highest = damage.highest_probability(quality, observations.names)
+    told = damage.tempered(posterior(evidence), highest)
+    scored, credible = told.scored, credible_set(told.scored)
+    probability = np.array([told.of(f.explanation) for f in fits])
     recalibrated = fits[0]
-    evidence = _evidence(observations, fits)
-    probability = probabilities(evidence, observations.n_used, noise_doubt=observations.noise.doubt)
-    scored = explanations(fits, probability)
-    credible = credible_set(scored)
     corrected = _corrected(fits, probability, scored[0].explanation)
 
     progress("holding out one condition after the other")
     measured = measured_peaks(quality, observations)
     nominal = _unfitted(observations)
     validation = CrossValidation(observations, measured, recalibrated, corrected)
-    shrinkage = held_out_shrinkage(validation, corrected, scored[0].probability, seed)
-    if shrinkage and shrinkage.ci95[1] < HOPEFUL and validation.is_gap_clear:
-        scored = doubt(scored, shrinkage.value)
-        credible = credible_set(scored)
-        corrected = _corrected(fits, probability, scored[0].explanation)
-        shrinkage = held_out_shrinkage(validation, corrected, scored[0].probability, seed)
-    highest = damage.highest_probability(quality, observations.names)
-    scored = damage.tempered(scored, highest)
-    credible = credible_set(scored)
-    probability = of_each_fit(fits, probability, scored)
+    first = scored[0]
+    right = 0.0 if first.explanation == UNKNOWN else first.probability
+    belief = Belief(right, told.discrepancy[first.explanation])
+    shrinkage = held_out_shrinkage(validation, corrected, belief, seed)
     held = {
         "nominal": hold_out(observations, nominal, measured, validation.scattered, refit=False),
         "recalibrated": validation.of(recalibrated),
         "corrected": validation.of(corrected),
     }
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
-    fits, probability, evidence = [fits[i] for i in order], probability[order], [evidence[i] for i in order]
+    fits, probability = [fits[i] for i in order], probability[order]
 
     progress("asking what these trials can tell apart")
     detectability = tuple(identifiability.detectability(observations, recalibrated))
@@ -176,7 +160,7 @@ def diagnose(
         own = hold_out(observations, corrected, measured, validation.scattered, refit=False)
         comparison = claims.compare(gap["recalibrated"], gap["corrected"], figures(observations, own))
     is_stated = comparison is not None and comparison.is_better and verdict != "no_gap"
-    component = components(fits, probability)
+    component = told.components()
     form = {name: form_error(held[name], observations.noise.std) for name in ("recalibrated", "corrected")}
     return Diagnosis(
         dataset=dataset,
@@ -198,9 +182,7 @@ def diagnose(
         shrinkage_force=claims.agreeing(shrinkage, gap["recalibrated"], gap["corrected"], floor)
         if is_stated
         else None,
-        shrinkage_peak=_peak_shrinkage(observations, held, corrected, scored[0].probability, seed)
-        if is_stated
-        else None,
+        shrinkage_peak=_peak_shrinkage(observations, held, seed) if is_stated else None,
         fits=tuple(fits),
         probability=tuple(float(p) for p in probability),
         evidence=tuple(evidence),
@@ -220,19 +202,6 @@ def diagnose(
             *([] if validation.is_possible else [ONE_CONDITION]),
         ),
     )
-
-
-def _evidence(observations: Observations, fits: Sequence[Fit]) -> list[Evidence]:
-    """What of each fit counts, the recalibrated model's first, with the price of its freedom where that can be told."""
-    gap = 2 * (fits[0].objective - min(f.objective for f in fits))
-    shares = volumes(observations, fits[0], fits) if gap < NEAR else {}
-    return [
-        evidence_of(f)._replace(
-            volume=shares.get(f.explanation[0]) if len(f.explanation) == 1 else None,
-            optimism=optimism(f, observations.condition),
-        )
-        for f in fits
-    ]
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:
@@ -274,13 +243,9 @@ def _next(
     return propose(observations, standing[0], standing[1])
 
 
-def _peak_shrinkage(
-    observations: Observations, held: dict[str, HeldOut], corrected: Fit, probability: float, seed: int
-) -> Shrinkage | None:
+def _peak_shrinkage(observations: Observations, held: dict[str, HeldOut], seed: int) -> Shrinkage | None:
     """How far the error of the peak shrinks; None where it does not."""
-    form = form_of(corrected, probability)
-    both = held["recalibrated"], held["corrected"]
-    found = peak_shrinkage(both, observations.condition, form, seed)
+    found = peak_shrinkage((held["recalibrated"], held["corrected"]), observations.condition, seed)
     return found if found and found.value > 0 else None
 
 

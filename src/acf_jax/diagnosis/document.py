@@ -7,7 +7,7 @@ import numpy as np
 from acf_jax.diagnosis.contributions import Contribution
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.shrinkage import Shrinkage
-from acf_jax.evidence.posterior import UNKNOWN, capped
+from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.parameters import Explanation, parameters
 
@@ -59,20 +59,15 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
         "parameters": fitted_parameters(d.corrected),
         "absorbed": {name: _round(share) for name, share in d.absorbed.items()},
         "next_experiment": _experiment(d),
-        "evidence": {
-            "samples": d.observations.n_used,
-            "noise_doubt": _round(d.observations.noise.doubt),
-            "fits": [
-                {
-                    "effects": list(e.explanation),
-                    "chi_square": _round(e.chi_square),
-                    "rig_strain": [_round(s) for s in e.strain],
-                    "log_volume": _round(e.volume),
-                    "optimism": _round(e.optimism),
-                }
-                for e in d.evidence
-            ],
-        },
+        "evidence": [
+            {
+                "effects": list(m.explanation),
+                "discrepancy": m.discrepancy,
+                "objective": _round(m.objective, 9),
+                "log_occam": _round(m.log_occam, 7),
+            }
+            for m in d.evidence
+        ],
         "excluded_trials": [{"trial": name, "reason": reason} for name, reason in d.excluded.items()],
         "warnings": list(d.warnings),
     }
@@ -98,11 +93,8 @@ def fitted_parameters(fitted: Fit) -> dict[str, Any]:
 def _explanations(d: Diagnosis) -> list[dict[str, Any]]:
     always = [(), UNKNOWN]
     listed = [s for s in d.scored if s.probability >= LISTED or s.explanation in always]
-    p = np.array([s.probability for s in listed])
-    return [
-        {"effects": list(s.explanation), "probability": value}
-        for s, value in zip(listed, capped(p / p.sum()).tolist(), strict=True)
-    ]
+    total = sum(s.probability for s in listed)
+    return [{"effects": list(s.explanation), "probability": s.probability / total} for s in listed]
 
 
 def _union(effects: tuple[Explanation, Explanation]) -> list[str]:

@@ -12,7 +12,7 @@ from acf_jax.inference.forward import forward, reach_of
 from acf_jax.inference.interpolation import peak_of
 from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import COMMON, Explanation
+from acf_jax.inference.parameters import Explanation, parameters
 
 TIMING, LATEST = (
     2,
@@ -74,7 +74,7 @@ def _predict_unseen(
     if refit and not out.all():
         kept = fitted.nuisance[seen]
         theta = fit(o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12).theta
-    physical = theta[:-COMMON]
+    physical = theta[: len(parameters(fitted.explanation))]
     reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)
     nuisance = np.zeros((out.sum(), o.n_nuisances))
@@ -86,13 +86,14 @@ def _predict_unseen(
         nothing = np.where(left.used, left.force, 0.0), np.where(left.used, o.noise.std**2, 0.0)
         return *nothing, np.zeros(len(left.names))
     # when the recording was triggered is no model's business: each trial is shifted to where it fits best
-    timing = linear.by_nuisance[:, TIMING]
+    timing = linear.by_motion[:, TIMING]
     shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
     nuisance[:, TIMING] = np.clip(shift, -LATEST, LATEST)
     linear = predict(nuisance)
     forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach)
+    spread = np.concatenate([linear.spread, left.ringing * left.used[:, None]], axis=1)
     scatter = np.einsum(
-        "ian,a->in", np.delete(linear.spread, TIMING, 1) ** 2, np.delete(spread_of(scattered), TIMING)
+        "ian,a->in", np.delete(spread, TIMING, 1) ** 2, np.delete(spread_of(scattered), TIMING)
     )
     peak = [
         peak_of(forces.sensed[i], fitted.grid.h, forces.contact[i])[0]

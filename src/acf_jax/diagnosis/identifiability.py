@@ -13,7 +13,7 @@ from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import COMMON, RIG, Explanation, every_effect, is_free_curve, starts
+from acf_jax.inference.parameters import RIG, Explanation, every_effect, is_free_curve, parameters, starts
 
 BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
 NOTHING = 1e-2  # standard deviations: less is rounding
@@ -34,7 +34,11 @@ def bayes_error(distance: float) -> float:
 
 def misfit(fitted: Fit) -> float:
     """What a fit to noise-free forces leaves, in chi-square: the prior of an effect's own parameters does not count."""
-    return float(2 * fitted.objective - (fitted.u[len(RIG) : -COMMON] ** 2).sum())
+    return float(2 * fitted.objective - (_of_effects(fitted) ** 2).sum())
+
+
+def _of_effects(fitted: Fit) -> np.ndarray:
+    return fitted.u[len(RIG) : len(parameters(fitted.explanation))]
 
 
 def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> list[Pair]:
@@ -45,7 +49,7 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
     quiet = np.zeros((len(observations.names), observations.n_nuisances))
     linear = linearise(observations, truth.explanation, truth.coordinates, truth.u, quiet, truth.grid)
     ideal = replace(observations, force=np.where(observations.used, linear.predicted, 0.0))
-    prior = float((truth.u[:4] ** 2).sum() + (truth.u[-COMMON:] ** 2).sum())
+    prior = float((truth.u**2).sum() - (_of_effects(truth) ** 2).sum())
 
     def imitate(other: Fit) -> Fit:
         guesses = [other.theta]

@@ -9,9 +9,11 @@ from scipy.spatial import ConvexHull, QhullError
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
+from acf_jax.diagnosis.experiment import Experiment
+from acf_jax.diagnosis.verdict import shows_nothing
 from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.files import write_text
-from acf_jax.gap_model import LATEST_S, SCHEMA, GapModel, Variant, Verdict, write_model
+from acf_jax.gap_model import LATEST_S, SCHEMA, GapModel, Lack, Proposed, Variant, Verdict, write_model
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.parameters import delays, is_free_curve, parameters
 
@@ -72,7 +74,22 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         shown_closer=_shown_closer(d),
         better=None if d.comparison is None else d.comparison.is_better,
         recalibrated_form_error=d.form_error["recalibrated"],
+        lack=_lack(d),
+        next_experiment=_proposed(d.next_experiment),
     )
+
+
+def _lack(d: Diagnosis) -> Lack | None:
+    """What too little data are short of."""
+    if d.verdict != "insufficient_data":
+        return None
+    return shows_nothing(d.scored[0].explanation, d.detectability, d.observations) or "separation"
+
+
+def _proposed(e: Experiment | None) -> Proposed | None:
+    if e is None:
+        return None
+    return Proposed(contact_velocity_m_per_s=e.v_e, pretension_n=e.f_p, repeats=e.repeats)
 
 
 def _shown_closer(d: Diagnosis) -> bool | None:

@@ -4,18 +4,18 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import NamedTuple
 
 import numpy as np
 
 from acf_jax.dataset import Trace
 from acf_jax.diagnosis import candidates
-from acf_jax.evidence.scores import evidence_of, noise_level
+from acf_jax.diagnosis.candidates import best_first, best_of_each
+from acf_jax.diagnosis.proposals import Couple, couples, fit_couples
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.noise_colour import colour
+from acf_jax.inference.noise_colour import colour, noise_level
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, is_free_curve
+from acf_jax.inference.parameters import RIG, Explanation, is_free_curve
 from acf_jax.inference.scatter import with_scatter
 
 LEADERS = 3  # explanations from which the forward search goes on
@@ -23,7 +23,7 @@ UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave som
 FAR = 1.5  # the same above which a fit leaves much
 LEFT_BEHIND = 30.0  # chi-square by which a free curve beats every single effect where these leave something
 STRAINED = 15.0  # squared prior std by which the rig of the best single effect hides something
-PAIRS, TRIPLES = 8, 2  # that are fitted
+PAIRS = 8  # that are fitted
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained,
 TRIED = 6  # and how many of those besides the best effect's
 FURTHER = 2  # effects that are tried beside each single one where the best of those pairs still leaves much
@@ -31,21 +31,6 @@ HOPELESS = 4.0  # times the best misfit, from which on a glance is all that a pa
 WORTH_ONE_MORE = 6.0  # chi-square that one more effect has to promise before it is fitted
 
 Progress = Callable[[str], None]
-
-
-class Couple(NamedTuple):
-    """A fit, what it is to get besides and with which parameters, and what that promises."""
-
-    leader: Fit
-    name: str
-    parameters: np.ndarray
-    gain: float  # in chi-square
-    objective: float  # after it
-
-    @property
-    def explanation(self) -> Explanation:
-        """Of both together."""
-        return tuple(sorted((*self.leader.explanation, self.name)))
 
 
 def fit_all(observations: Observations, effects: Sequence[str], progress: Progress) -> tuple[Fit, list[Fit]]:
@@ -58,18 +43,16 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     fits = candidates.in_parallel(tasks)
     progress("searching for pairs")
 
-    alone = _best_first(f for f in fits if not is_free_curve(f.explanation))
+    alone = best_first(f for f in fits if not is_free_curve(f.explanation))
     better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a free curve than of any effect
-    hidden = sum(evidence_of(alone[0]).strain) > STRAINED
+    hidden = float((alone[0].u[: len(RIG)] ** 2).sum()) > STRAINED
     if _left(observations, alone) > UNEXPLAINED or better > LEFT_BEHIND or hidden:
         of_curves = [partial(candidates.fit_further, ground, f) for f in fits if is_free_curve(f.explanation)]
         fits = [*(f for f in fits if not is_free_curve(f.explanation)), *candidates.in_parallel(of_curves)]
         more = _try_all(observations, alone)
-        if more and _left(observations, more) > FAR:
-            more += _grow(observations, _best_first(more)[:LEADERS], effects, TRIPLES)
     else:
         near = [f for f in alone[:LEADERS] if _left(observations, [f]) < FAR]
-        more = _grow(observations, near, effects, PAIRS)
+        more = _grow(observations, near, effects)
     fits += more
     # a simulation that broke down at every start explains nothing
     return recalibrated, [f for f in fits if np.isfinite(f.objective)]
@@ -84,9 +67,7 @@ def recoloured(
     """
     best = min(fits, key=lambda f: f.objective)
     known = observations.noise
-    if observations.peak_only.all() or 2 * best.objective > noise_level(
-        observations.n_used, noise_doubt=known.doubt
-    ):
+    if observations.peak_only.all() or 2 * best.objective > noise_level(observations.n_used, known.doubt):
         return observations, list(fits)
     noise = colour(observations, best, approaches)
     observations = replace(observations, noise=noise)
@@ -98,16 +79,14 @@ def recoloured(
     )
 
 
-def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[str], most: int) -> list[Fit]:
-    """The leaders with one more effect: of all such explanations those `most` that promise to fit best."""
-    couples = [c for leader in leaders for c in _couples(observations, leader, effects)]
+def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[str]) -> list[Fit]:
+    """The leaders with one more effect: of all such pairs those that promise to fit best."""
+    found = [c for leader in leaders for c in couples(Ground.of(observations, leader), effects)]
     wanted: dict[Explanation, Couple] = {}
-    for couple in sorted(couples, key=lambda c: c.objective):
-        if couple.gain > WORTH_ONE_MORE and len(wanted) < most:
+    for couple in sorted(found, key=lambda c: c.objective):
+        if couple.gain > WORTH_ONE_MORE and len(wanted) < PAIRS:
             wanted.setdefault(couple.explanation, couple)
-    return candidates.in_parallel(
-        [partial(candidates.fit_more, observations, c.leader, c.name, c.parameters) for c in wanted.values()]
-    )
+    return fit_couples(observations, wanted.values())
 
 
 def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
@@ -116,16 +95,19 @@ def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
     Far from the data a promise to first order says little, and from which of two effects a fit begins may decide it.
     """
     names = [f.explanation[0] for f in alone]
-    couples: dict[Explanation, list[Couple]] = {}
+    known_couples: dict[Explanation, list[Couple]] = {}
+
+    def of_one(leader: Fit) -> list[Couple]:
+        return couples(Ground.of(observations, leader), names)
 
     def couples_of(leaders: Sequence[Fit]) -> list[list[Couple]]:
-        new = [f for f in leaders if f.explanation not in couples]
-        found = candidates.in_parallel([partial(_couples, observations, f, names) for f in new])
-        couples.update(zip((f.explanation for f in new), found, strict=True))
-        return [couples[f.explanation] for f in leaders]
+        new = [f for f in leaders if f.explanation not in known_couples]
+        found = candidates.in_parallel([partial(of_one, f) for f in new])
+        known_couples.update(zip((f.explanation for f in new), found, strict=True))
+        return [known_couples[f.explanation] for f in leaders]
 
-    def promising(couples: Iterable[Couple], most: int) -> list[Couple]:
-        return sorted(couples, key=lambda c: c.objective)[:most]
+    def promising(found: Iterable[Couple], most: int) -> list[Couple]:
+        return sorted(found, key=lambda c: c.objective)[:most]
 
     of_first, *of_next = couples_of(alone[:BEGINNINGS])
     tried = [*of_first, *promising(chain(*of_next), TRIED)]
@@ -136,50 +118,23 @@ def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
     swaps = [
         c for c in chain(*couples_of(members)) if c.name in names[:LEADERS] and c.explanation not in known
     ]
-    best = _best_of_each([*best, *_glance(observations, swaps)])
+    best = best_of_each([*best, *_glance(observations, swaps)])
     if best and _left(observations, best) > FAR:
         done = {(c.leader.explanation, c.name) for c in (*tried, *swaps)}
         of_each = chain(*(promising(own, FURTHER) for own in couples_of(alone)))
         others = [c for c in of_each if (c.leader.explanation, c.name) not in done]
-        best = _best_of_each([*best, *_glance(observations, others)])
+        best = best_of_each([*best, *_glance(observations, others)])
     chosen = best[:PAIRS]  # the best first, so that those near it come before the others
     near = [glance for glance in chosen if glance.objective < HOPELESS * chosen[0].objective]
     ended = candidates.in_parallel([partial(candidates.go_on, observations, glance) for glance in near])
     return ended + chosen[len(near) :]
 
 
-def _glance(observations: Observations, couples: Sequence[Couple]) -> list[Fit]:
+def _glance(observations: Observations, wanted: Sequence[Couple]) -> list[Fit]:
     """Fits of a few iterations, the best of each explanation, the best first."""
-    tasks = [
-        partial(candidates.fit_more, observations, c.leader, c.name, c.parameters, candidates.GLANCE)
-        for c in couples
-    ]
-    return _best_of_each(candidates.in_parallel(tasks))
-
-
-def _couples(observations: Observations, leader: Fit, effects: Sequence[str]) -> list[Couple]:
-    """A fit with each effect that it does not have, and what that promises."""
-    ground = Ground.of(observations, leader)
-    promises = {name: ground.promise(name) for name in effects if name not in leader.explanation}
-    return [
-        Couple(leader, name, p.parameters, p.gain, leader.objective - 0.5 * p.gain)
-        for name, p in promises.items()
-    ]
+    return best_of_each(fit_couples(observations, wanted, candidates.GLANCE))
 
 
 def _left(observations: Observations, fits: Iterable[Fit]) -> float:
     """Chi-square of a sample that the best of these fits leaves."""
     return 2 * min(f.objective for f in fits) / observations.n_used
-
-
-def _best_of_each(fits: Iterable[Fit]) -> list[Fit]:
-    """The best fit of each explanation, the best first."""
-    best: dict[Explanation, Fit] = {}
-    for one in _best_first(fits):
-        best.setdefault(one.explanation, one)
-    return list(best.values())
-
-
-def _best_first(fits: Iterable[Fit]) -> list[Fit]:
-    """The fits that did not break down, the best first."""
-    return sorted((f for f in fits if np.isfinite(f.objective)), key=lambda f: f.objective)

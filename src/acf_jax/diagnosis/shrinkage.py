@@ -1,24 +1,24 @@
 """How far the gap shrinks on conditions that no fit saw, with an interval."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from acf_jax.diagnosis.heldout import TIMING, CrossValidation, HeldOut
+from acf_jax.evidence.learnt import LEARNT
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import forward
 from acf_jax.inference.interpolation import phase_end
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import component_of, delays, is_free_curve
+from acf_jax.inference.parameters import component_of
 
 RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
+WORLDS = 20_000  # draws of what may be true: the ends of an interval are known to a hundredth of its width
+FORM = 0.01  # share of the gap's mean square that laws leave which are right, but not exact
 ENDS = (0.025, 0.975)
-SIZES = np.linspace(-4.0, 8.0, 241)  # of an error of form, in standard deviations of its logarithm
-LESS = 5.0  # what is left on conditions that no trial had may be so much less
-WRONG = 0.3  # of the gap may be left in addition where an explanation is wrong
-LEAST_WIDTH = 0.02  # of an interval of the peak's shrinkage, to each side
 
 
 @dataclass(frozen=True)
@@ -29,81 +29,97 @@ class Shrinkage:
     ci95: tuple[float, float]
 
 
-class Form(NamedTuple):
-    """How far off the form of an explanation is by experience, as a share of the gap (docs/method.md)."""
+class Belief(NamedTuple):
+    """What the posterior says of the corrected model."""
 
-    usual: float  # median
-    spread: float  # standard deviation of its logarithm
-    more: float  # what is left on conditions that no trial had may be so many times as much
-    beyond: float  # and what may come in addition there, or fall away
-    stretch: float  # by how much the interval for the peak is wider than the bootstrap's
-    wrong: float = 0.0  # what may come in addition because the explanation may be wrong
-
-
-LAW = Form(0.03, 1.2, 1.1, 0.04, 1.3)
-LATE = LAW._replace(beyond=0.3)  # a law much like a delay: no fit compares the first samples
-FREE = Form(0.1, 1.2, 2.0, 0.4, 4.0)  # a free curve
-
-
-def form_of(corrected: Fit, probability: float) -> Form:
-    """How far off the form of a corrected model may be, whose explanation has this probability."""
-    law = LATE if delays(corrected.explanation) else LAW
-    form = FREE if is_free_curve(corrected.explanation) else law
-    return form._replace(wrong=WRONG * (1 - probability))
+    right: float  # probability that its laws are the causes; 0 of a free curve, which is none
+    discrepancy: Mapping[float, float]  # probability of each size of the discrepancy beside them
 
 
 def held_out_shrinkage(
-    validation: CrossValidation, corrected: Fit, probability: float, seed: int
+    validation: CrossValidation, corrected: Fit, belief: Belief, seed: int
 ) -> Shrinkage | None:
-    """How far the gap of the recalibrated model shrinks with a corrected one, whose cause is as probable."""
+    """How far the gap of the recalibrated model shrinks with a corrected one."""
     if not validation.is_possible:
         return None
     fits = validation.recalibrated, corrected
     held = validation.of(validation.recalibrated), validation.of(corrected)
-    return force_shrinkage(validation.observations, fits, held, form_of(corrected, probability), seed)
+    return force_shrinkage(validation.observations, fits, held, belief, seed)
 
 
 def force_shrinkage(
     observations: Observations,
     fits: tuple[Fit, Fit],
     held: tuple[HeldOut, HeldOut],
-    form: Form,
+    belief: Belief,
     seed: int,
 ) -> Shrinkage | None:
     """Shrinkage of the force error, what no model can predict removed in quadrature.
 
     **Arguments:** `fits`, `held`: of the recalibrated and of the corrected model.
 
-    What the corrected model leaves is the effect of parameters that the trials do not determine, as their covariance
-    has it, and an error of its form, of which only experience says how large it may be. The conditions held out decide
-    between the sizes: the mean square error there is known as well as a bootstrap over conditions says.
+    Worlds are drawn: parameters from their covariance, an error of form, a discrepancy. Where the laws are right
+    the form is off by about `FORM` of the gap's mean square; where they are wrong, by anything from that to all of it.
+    The conditions held out weigh these worlds: the mean square error there is known as well as a bootstrap over
+    conditions says. Other conditions differ from those that were tried as these differ from one another, and by what
+    laws leave that are not exact.
 
-    **Returns:** median and interval of that posterior; None where the held-out conditions show no gap at all.
+    **Returns:** median and interval; None where the held-out conditions show no gap at all.
     """
-    used = observations.traced
+    o, used = observations, observations.traced
     recalibrated, corrected = held
     wanted = (corrected.excess, recalibrated.excess, corrected.floor, used.astype(float))
-    groups, sums = _by_condition(
-        observations.condition, [np.where(used, values, 0.0).sum(1) for values in wanted]
-    )
+    _, sums = _by_condition(o.condition, [np.where(used, values, 0.0).sum(1) for values in wanted])
     left, gap, floor, samples = sums.sum(0)
     if not samples or gap <= 0:
         return None
-    draws = resample(len(groups), seed)
-    resampled = sums[draws].sum(1)
-    resampled = resampled[resampled[:, 3] > 0]
-    unsure = max(float((resampled[:, 0] / resampled[:, 3]).std()), floor / samples * np.sqrt(2 / samples))
+    resampled = sums[resample(len(sums), seed)].sum(1)
+    left_there, gap_there, _, samples_there = resampled[resampled[:, 3] > 0].T
+    noise = floor / samples
+    unsure = max(float((left_there / samples_there).std()), noise * np.sqrt(2 / samples))
 
-    error, late, gap_there = (part[:, None] for part in _possible_errors(observations, *fits, seed))
-    size = form.usual * np.exp(form.spread * SIZES)
-    squared = error + size**2 * gap_there
-    log_weight = -0.5 * SIZES**2 - 0.5 * ((left / samples - squared) / unsure) ** 2
+    random = np.random.default_rng(seed)
+    error, late, of_gap = _drawn(_possible_errors(o, *fits, seed), random)
+    is_right = random.random(WORLDS) < belief.right
+    wrong = np.exp(random.uniform(np.log(FORM), 0.0, WORLDS))
+    form = np.where(is_right, FORM * random.standard_normal(WORLDS) ** 2, wrong)
+    sizes = random.choice(list(belief.discrepancy), WORLDS, p=list(belief.discrepancy.values()))
+    many = sizes**2 * float((o.force[used] ** 2).mean())
+    squared = error + form * of_gap + np.where(is_right, many, 0.0)
+    log_weight = -0.5 * ((left / samples - squared) / unsure) ** 2
     weight = np.exp(log_weight - log_weight.max())
+    kept = random.choice(WORLDS, WORLDS, p=weight / weight.sum())
     # each trial held out was shifted to where it fits best: it says nothing of a delay common to all
-    ratio = np.sqrt((squared + late) / gap_there)
-    low, median, high = _quantiles(ratio, weight, (ENDS[0], 0.5, ENDS[1]))
-    low, high = max(low / LESS, low - form.beyond), form.more * high + form.beyond + form.wrong
+    ratio = ((squared + late) / of_gap)[kept]
+    before = (np.maximum(left, 0.0) / samples + noise) / (gap / samples + noise)
+    there = np.maximum(left_there, 0.0) / samples_there + noise
+    elsewhere = there / (np.maximum(gap_there, 0.0) / samples_there + noise) / before
+    ratio *= _as_elsewhere(elsewhere, len(sums), random) * forms_elsewhere(WORLDS, random)
+    low, median, high = np.quantile(np.sqrt(ratio), (ENDS[0], 0.5, ENDS[1])).tolist()
     return Shrinkage(1 - median, (1 - high, 1 - low))
+
+
+def _drawn(parts: tuple[np.ndarray, ...], random: np.random.Generator) -> tuple[np.ndarray, ...]:
+    """The same draws of each part."""
+    chosen = random.integers(DRAWS, size=WORLDS)
+    return tuple(part[chosen] for part in parts)
+
+
+def _as_elsewhere(bootstrapped: np.ndarray, conditions: int, random: np.random.Generator) -> np.ndarray:
+    """(WORLDS,) by what factor a ratio of mean squares differs on other conditions, as many as were tried.
+
+    Both the tried ones and the others are a sample of all: two draws of the bootstrap. Their spread is told from n
+    conditions, so that it has the tails of a Student's t with n - 1 degrees of freedom.
+    """
+    factor = np.log(np.maximum(bootstrapped, np.finfo(float).tiny))
+    two = random.choice(factor, (2, WORLDS)).sum(0)
+    freedom = max(conditions - 1, 1)
+    return np.asarray(np.exp(two * np.sqrt(conditions / random.chisquare(freedom, WORLDS))))
+
+
+def forms_elsewhere(count: int, random: np.random.Generator) -> np.ndarray:
+    """(count,) by what factor a mean square differs on other conditions, since no form is exact."""
+    return np.asarray(np.exp(2 * LEARNT.elsewhere * random.standard_normal(count)))
 
 
 def _possible_errors(
@@ -147,38 +163,25 @@ def _lateness(observations: Observations, corrected: Fit) -> float:
     return float(corrected.common[1] + late)
 
 
-def _quantiles(values: np.ndarray, weights: np.ndarray, shares: tuple[float, ...]) -> list[float]:
-    order = np.argsort(values, axis=None)
-    total = np.cumsum(weights.ravel()[order])
-    at = np.searchsorted(total, np.array(shares) * total[-1])
-    return [float(v) for v in values.ravel()[order][at]]
-
-
-def peak_shrinkage(
-    held: tuple[HeldOut, HeldOut], condition: np.ndarray, form: Form, seed: int
-) -> Shrinkage | None:
+def peak_shrinkage(held: tuple[HeldOut, HeldOut], condition: np.ndarray, seed: int) -> Shrinkage | None:
     """Shrinkage of the relative error of the peak, from the recalibrated to the corrected model.
 
-    The interval is a bootstrap over conditions, widened.
+    The interval is that of other conditions, which differ from those that were tried as these from one another.
     """
     known = np.isfinite(held[0].peak_error)
     if not known.any():
         return None
     groups, by_group = _by_condition(condition[known], [h.peak_error[known] ** 2 for h in held])
-
-    def shrink(total: np.ndarray) -> np.ndarray:
-        gap = total[..., 0]
-        return 1 - np.sqrt(total[..., 1] / np.where(gap > 0, gap, np.nan))
-
-    value = float(shrink(by_group.sum(0)))
-    values = shrink(by_group[resample(len(groups), seed)].sum(1))
-    values = values[np.isfinite(values)]
-    if not np.isfinite(value) or values.size < RESAMPLES / 2:
+    gap, left = by_group.sum(0)
+    resampled = by_group[resample(len(groups), seed)].sum(1)
+    resampled = resampled[(resampled > 0).all(1)]
+    if gap <= 0 or left <= 0 or len(resampled) < RESAMPLES / 2:
         return None
-    low, high = np.quantile(values, ENDS)
-    low, high = min(low, value - LEAST_WIDTH), max(high, value + LEAST_WIDTH)
-    low, high = (value + form.stretch * (end - value) for end in (low, high))
-    return Shrinkage(value, (float(low), float(min(high, 1.0))))
+    bootstrapped = resampled[:, 1] / resampled[:, 0] / (left / gap)
+    factor = _as_elsewhere(bootstrapped, len(groups), np.random.default_rng(seed))
+    low, high = np.quantile(np.sqrt(left / gap * factor), ENDS)
+    value = 1 - np.sqrt(left / gap)
+    return Shrinkage(float(value), (float(min(1 - high, value)), float(max(1 - low, value))))
 
 
 def _by_condition(condition: np.ndarray, per_trial: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

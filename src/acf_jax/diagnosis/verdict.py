@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from acf_jax.diagnosis.identifiability import Detectability, Pair
 from acf_jax.evidence.posterior import UNKNOWN, Scored
+from acf_jax.gap_model import Lack
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, is_free_curve
@@ -22,8 +23,7 @@ def judge(
 ) -> str:
     """The verdict; `harmless` says that no explanation that stands changes a peak beyond its uncertainty."""
     first = scored[0].explanation
-    blind = sum(d.distance_at_typical < DETECTABLE for d in detectability) > len(detectability) / 2
-    if observations.peak_only.all() or (blind and first == ()):
+    if shows_nothing(first, detectability, observations) is not None:
         return "insufficient_data"
     if first == () and harmless:
         return "no_gap"
@@ -35,6 +35,16 @@ def judge(
         return "unknown"
     same = {first} | {p.effects[1] for p in pairs}
     return "identified" if set(credible) <= same else "ambiguous"
+
+
+def shows_nothing(
+    first: Explanation, detectability: Sequence[Detectability], observations: Observations
+) -> Lack | None:
+    """What the trials lack to show a cause at all; None where they would have shown most of them."""
+    if observations.peak_only.all():
+        return "traces"
+    hidden = sum(d.distance_at_typical < DETECTABLE for d in detectability)
+    return "detection" if first == () and hidden > len(detectability) / 2 else None
 
 
 def stands(fitted: Fit, credible: Sequence[Explanation]) -> bool:

@@ -86,7 +86,9 @@ class AbstractEffect(eqx.Module):
 
     component: ClassVar[Component]
     title: ClassVar[str]
-    fits_noise: ClassVar[bool] = False  # finds something of its kind in any noise: it has to explain more
+    remedy: ClassVar[str] = (
+        ""  # what to do about it on the machine, to go on `title: ...`; a free curve has none
+    )
     delays: ClassVar[bool] = False  # what it does to the reading is much like a delay
     longest_step: ClassVar[float] = float("inf")  # s, of a simulation that resolves its own dynamics
     n_state: ClassVar[int] = 0

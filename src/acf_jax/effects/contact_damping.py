@@ -14,6 +14,7 @@ class ContactDamping(AbstractEffect):
 
     component = "contact"
     title = "Contact damping"
+    remedy = "use a pad that damps less, or accept the force: it grows with speed"
 
     damping_n_s_per_m: Scalar = strength("N s/m", 0.0, 5e3, (30.0, 200.0), 150.0, "Kelvin-Voigt damping")
     hunt_crossley_n_s_per_m2: Scalar = strength(

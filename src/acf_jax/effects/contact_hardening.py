@@ -24,6 +24,7 @@ class ContactHardening(AbstractEffect):
 
     component = "contact"
     title = "Hardening contact"
+    remedy = "touch down slower or use a thicker pad: it stiffens as it is compressed"
 
     exponent_excess: Scalar = strength(
         "1", -0.4, 3.0, (0.1, 0.5, 0.05), 0.3, "exponent of the force law less one"

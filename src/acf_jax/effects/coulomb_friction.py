@@ -12,6 +12,7 @@ class CoulombFriction(AbstractEffect):
 
     component = "actuator"
     title = "Dry friction"
+    remedy = "clean and lubricate the guide, and check the seals and the alignment of the flange"
 
     force_n: Scalar = strength("N", 0.0, 200.0, (3.0, 25.0), 20.0, "sliding friction F_c")
     stribeck_n: Scalar = strength(

@@ -14,6 +14,7 @@ class EndStop(AbstractEffect):
 
     component = "actuator"
     title = "End stop"
+    remedy = "move the working point off the stop, and check what the stop holds before contact"
 
     share: Scalar = strength("1", 0.0, 1.0, (0.2, 0.9), 0.5, "share of the pretension that the stop holds")
     opposing_share: Scalar = strength(

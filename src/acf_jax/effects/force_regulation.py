@@ -12,6 +12,7 @@ class ForceRegulation(AbstractEffect):
 
     component = "actuator"
     title = "Force regulation"
+    remedy = "hold the pressure valve still during an impact and compare, or tune its regulator"
     n_state = 2
 
     bandwidth_hz: Scalar = strength(

@@ -9,6 +9,7 @@ class Gravity(AbstractEffect):
 
     component = "actuator"
     title = "Constant force on the flange (gravity)"
+    remedy = "enter the tool's mass and the direction of the flange in the force controller"
 
     force_n: Scalar = strength("N", -150.0, 150.0, (5.0, -5.0), 20.0, "force in the direction of compression")
 

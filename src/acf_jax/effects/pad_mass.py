@@ -12,8 +12,8 @@ class PadMass(AbstractEffect):
 
     component = "contact"
     title = "Pad mass"
+    remedy = "make what is in front of the pad lighter, or state its mass in the rig"
     longest_step = 5e-5  # a light pad rings at some kilohertz
-    fits_noise = True  # at one frequency of many
     n_state = 2
 
     mass_kg: Scalar = strength("kg", 0.0, 3.0, (0.05, 0.1, 0.5), 0.3, "mass of the pad")

@@ -13,6 +13,7 @@ class PadRelaxation(AbstractEffect):
 
     component = "contact"
     title = "Relaxing pad"
+    remedy = "leave the same pause between contacts, or use a pad that relaxes less"
     n_state = 1
 
     stiffness_share: Scalar = strength("1", 0.0, 0.9, (0.1, 0.4), 0.3, "share a of k_C that relaxes")

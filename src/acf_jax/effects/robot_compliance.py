@@ -13,6 +13,7 @@ class RobotCompliance(AbstractEffect):
 
     component = "robot"
     title = "Compliant robot"
+    remedy = "touch the part in a stiffer pose of the robot, and check the flange's mounting for play"
     n_state = 2
 
     inverse_mass_per_kg: Scalar = strength(

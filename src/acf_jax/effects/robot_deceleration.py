@@ -14,6 +14,7 @@ class RobotDeceleration(AbstractEffect):
 
     component = "robot"
     title = "Braking robot"
+    remedy = "keep the robot's speed constant until after contact: end the path inside the part"
 
     deceleration_m_per_s2: Scalar = strength("m/s^2", 0.0, 200.0, (1.0, 5.0), 5.0, "deceleration a")
     rate_per_s: Scalar = strength(

@@ -13,6 +13,7 @@ class SensorLag(AbstractEffect):
 
     component = "sensor"
     title = "Sensor lag"
+    remedy = "raise the cut-off frequency of the sensor's filter"
     delays = True
 
     time_constant_s: Scalar = strength("s", 0.0, 0.03, (1e-4, 5e-4), 5e-4, "time constant tau = 1/omega")

@@ -13,7 +13,7 @@ class SensorResonance(AbstractEffect):
 
     component = "sensor"
     title = "Sensor resonance"
-    fits_noise = True  # at one frequency of many
+    remedy = "mount the sensor stiffer, and make what is bolted to it lighter"
 
     share: Scalar = strength(
         "1", 0.0, 1.5, (0.2, 0.9), 0.7, "share of the force that passes through the mode"

@@ -9,6 +9,7 @@ class SensorScale(AbstractEffect):
 
     component = "sensor"
     title = "Sensor gain error"
+    remedy = "check the sensor's gain with a known weight"
 
     gain_error: Scalar = strength("1", -0.5, 1.0, (0.03, -0.03), 0.1, "relative error g of the gain")
 

@@ -1,86 +1,102 @@
-"""From log scores to probabilities of explanations and of components, and to the credible set."""
+"""From marginal likelihoods to probabilities of explanations and of components, and to the credible set.
+
+The evidence of an explanation is its marginal likelihood, beside some size of a discrepancy that stands for forms which
+are not exact. No model of the data is exact either: neighbouring samples share their errors, so that log evidence is
+surer than it is right. It is divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inconsistency
+of Bayesian inference for misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.evidence.scores import WEIGHTS, Evidence, Weights, log_scores, misfit_cost, strain_cost
-from acf_jax.inference.fit import Fit
-from acf_jax.inference.parameters import Explanation, component_of, is_free_curve
+from acf_jax.evidence.learnt import LEARNT, Learnt
+from acf_jax.evidence.marginal import Marginal
+from acf_jax.inference.parameters import Explanation, component_of, is_free_curve, split
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
-CONVINCING = 0.4  # shrinkage on held-out conditions below which an explanation is doubted
-IN_SERIES = ("robot", "sensor")  # components that all of the contact force passes
-HIGHEST = 0.995  # no probability is stated higher: a world outside these models always remains
 
 
-@dataclass(frozen=True)
-class Scored:
-    """An explanation with its probability; an unknown cause carries the component of each of its fits."""
+class Scored(NamedTuple):
+    """An explanation with its probability; the free curves together are `UNKNOWN`."""
 
     explanation: Explanation
     probability: float
 
 
-def probabilities(
-    evidence: Sequence[Evidence], samples: int, weights: Weights = WEIGHTS, noise_doubt: float = 0.0
-) -> np.ndarray:
-    """Probability of each explanation, (n,), none above `HIGHEST`; a nameless cause counts with the free curves."""
-    score = log_scores(evidence, samples, weights, noise_doubt)
-    p = np.exp(score - score.max())
-    p /= p.sum()
-    named = p[:-1]
-    is_curve = np.array([is_free_curve(e.explanation) for e in evidence])
-    if is_curve.any():
-        share = _curve_shares(
-            [e for e in evidence if is_free_curve(e.explanation)], evidence[0].chi_square, samples, weights
-        )
-        named[is_curve] = (named[is_curve].sum() + p[-1]) * share
-    return capped(named / named.sum())
+class Posterior(NamedTuple):
+    """The probabilities of all that was weighed."""
+
+    scored: tuple[Scored, ...]  # explanations, most probable first
+    curve: dict[Explanation, float]  # of an unknown cause: the share of each free curve, alone or beside laws
+    discrepancy: dict[
+        Explanation, dict[float, float]
+    ]  # of each explanation: the probability of each size beside it
+
+    def of(self, explanation: Explanation) -> float:
+        """Probability of a fitted explanation; a free curve has its share of an unknown cause."""
+        share = self.curve.get(explanation, 0.0) if is_free_curve(explanation) else 1.0
+        return share * dict(self.scored).get(stated(explanation), 0.0)
+
+    def components(self) -> dict[str, float]:
+        """Probability that a cause acts at each component.
+
+        Several laws count each; an unknown cause where its free curve does, whatever laws stand beside that.
+        """
+        total = dict.fromkeys(("actuator", "contact", "robot", "sensor"), 0.0)
+        for s in self.scored:
+            if s.explanation == UNKNOWN:
+                for explanation, share in self.curve.items():
+                    _, (curve,) = split(explanation)
+                    total[component_of(curve)] += share * s.probability
+            else:
+                for component in {component_of(name) for name in s.explanation}:
+                    total[component] += s.probability
+        return total
 
 
-def _curve_shares(fits: Sequence[Evidence], whole: float, samples: int, weights: Weights) -> np.ndarray:
-    """Where an unknown cause acts: the probability of each free curve, `whole` the chi-square of no explanation.
+def stated(explanation: Explanation) -> Explanation:
+    """An explanation as it is stated: a free curve is an unknown cause, alone or beside laws."""
+    return UNKNOWN if is_free_curve(explanation) else explanation
 
-    It is told by how well each curve fits, and by what its rig had to do for that. Robot and sensor stand in series
-    with everything, so their curves can imitate most of what happens elsewhere. Where even the best one leaves much,
-    that it is the best says little.
-    """
-    left = np.array([e.chi_square for e in fits])
-    wrong = weights.rho_squared * max(whole - left.min(), 0.0) + max(left.min() - samples, 0.0)
-    in_series = np.array([component_of(e.explanation[0]) in IN_SERIES for e in fits])
-    score = (
-        -misfit_cost(left - left.min(), wrong, weights.nu, samples)
-        - weights.strain_told * strain_cost(fits, weights)
-        - weights.in_series * in_series
+
+def cost(explanation: Explanation, learnt: Learnt = LEARNT) -> float:
+    """Log probability that an explanation has less than the paper's model before any data."""
+    laws, curves = split(explanation)
+    return learnt.effect * len(laws) + learnt.free_curve * len(curves)
+
+
+def log_posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> np.ndarray:
+    """Unnormalised log probability (n,) of each explanation beside its discrepancy, of which none is preferred."""
+    return np.array([m.log_z / learnt.temperature - cost(m.explanation, learnt) for m in marginals])
+
+
+def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
+    """The probability of every explanation, whatever the discrepancy."""
+    log_p = log_posterior(marginals, learnt)
+    p = np.exp(log_p - log_p.max())
+    beside: dict[Explanation, dict[float, float]] = {}
+    curve: dict[Explanation, float] = {}
+    for m, value in zip(marginals, np.maximum(p / p.sum(), np.finfo(float).tiny).tolist(), strict=True):
+        sizes = beside.setdefault(stated(m.explanation), {})
+        sizes[m.discrepancy] = sizes.get(m.discrepancy, 0.0) + value
+        if is_free_curve(m.explanation):
+            curve[m.explanation] = curve.get(m.explanation, 0.0) + value
+    total = {e: sum(sizes.values()) for e, sizes in beside.items()}
+    return Posterior(
+        ranked(total),
+        {name: value / sum(curve.values()) for name, value in curve.items()},
+        {e: {size: value / total[e] for size, value in sizes.items()} for e, sizes in beside.items()},
     )
-    share = np.exp(score - score.max())
-    return np.asarray(share / share.sum())
 
 
-def explanations(fits: Sequence[Fit], probability: np.ndarray) -> list[Scored]:
-    """The explanations, most probable first, the four free curves together as `unknown`."""
-    total: dict[Explanation, float] = {}
-    for fitted, p in zip(fits, probability, strict=True):
-        name = UNKNOWN if is_free_curve(fitted.explanation) else fitted.explanation
-        total[name] = total.get(name, 0.0) + float(p)
-    return ranked(total)
-
-
-def ranked(total: dict[Explanation, float]) -> list[Scored]:
-    """Most probable first, none above `HIGHEST`."""
-    names, p = list(total), np.array(list(total.values()))
-    return sorted(map(Scored, names, capped(p).tolist()), key=lambda s: (-s.probability, s.explanation))
-
-
-def capped(p: np.ndarray) -> np.ndarray:
-    """Probabilities of which none is above `HIGHEST`: what is too much is shared out evenly."""
-    if p.max() <= HIGHEST or len(p) == 1:
-        return p
-    excess = (p.max() - HIGHEST) / (p.max() - 1 / len(p))
-    return np.asarray((1 - excess) * p + excess / len(p))
+def ranked(total: dict[Explanation, float]) -> tuple[Scored, ...]:
+    """Most probable first."""
+    return tuple(
+        sorted((Scored(e, p) for e, p in total.items()), key=lambda s: (-s.probability, s.explanation))
+    )
 
 
 def credible_set(scored: Sequence[Scored]) -> list[Explanation]:
@@ -93,41 +109,3 @@ def credible_set(scored: Sequence[Scored]) -> list[Explanation]:
         if total >= CREDIBLE:
             break
     return chosen
-
-
-def doubt(scored: Sequence[Scored], shrinkage: float) -> list[Scored]:
-    """The explanations after a look at unseen conditions: what does not shrink a clear gap there is not its cause.
-
-    Of the leading explanation's probability the share that its shrinkage falls short of `CONVINCING` goes to `unknown`.
-    """
-    first = scored[0]
-    kept = min(1.0, max(0.0, shrinkage / CONVINCING))
-    if first.explanation in ((), UNKNOWN) or kept == 1.0:
-        return list(scored)
-    total = {s.explanation: s.probability for s in scored}
-    total[first.explanation] *= kept
-    total[UNKNOWN] = total.get(UNKNOWN, 0.0) + first.probability - total[first.explanation]
-    return ranked(total)
-
-
-def of_each_fit(fits: Sequence[Fit], probability: np.ndarray, scored: Sequence[Scored]) -> np.ndarray:
-    """Probability (n,) of each fit as its explanation's is stated; the free curves share theirs as they did before."""
-    stated = {s.explanation: s.probability for s in scored}
-    is_curve = np.array([is_free_curve(f.explanation) for f in fits])
-    share = np.where(is_curve, np.maximum(probability, 1e-300), 0.0)
-    share /= max(share.sum(), 1e-300)
-    return np.array(
-        [
-            stated[UNKNOWN] * part if part else stated[f.explanation]
-            for f, part in zip(fits, share.tolist(), strict=True)
-        ]
-    )
-
-
-def components(fits: Sequence[Fit | Evidence], probability: np.ndarray) -> dict[str, float]:
-    """Probability that a cause acts at each component; a pair counts at both, an unknown cause as its curves say."""
-    total = dict.fromkeys(("actuator", "contact", "robot", "sensor"), 0.0)
-    for fitted, p in zip(fits, probability, strict=True):
-        for component in {component_of(name) for name in fitted.explanation}:
-            total[component] += float(p)
-    return total

@@ -1,15 +1,15 @@
 """What each effect would change about the forces of a fitted rig, and how much of the gap it promises to explain."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.linear import is_bounded, linearise
+from acf_jax.inference.linear import is_bounded, residual
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, coordinates, every_effect, looks, starts
+from acf_jax.inference.parameters import RIG, Explanation, every_effect, looks, starts
 from acf_jax.inference.projection import Projector
 
 
@@ -26,24 +26,32 @@ class Ground:
     """A fitted rig without any effect, on which effects are tried one by one."""
 
     observations: Observations
-    fitted: Fit  # the effects of this fit are left out, its rig and nuisances are kept
+    rig: Fit  # whose rig and nuisances are kept, and whose effects are left out
+    fitted: Fit  # what effects would be added to: the same fit, or one with other effects beside the same rig
     projector: Projector  # what the fit's own parameters could imitate
     bare: np.ndarray  # (trials, n) whitened residual without any effect
+    known: dict[tuple[str, tuple[float, ...]], np.ndarray]  # signatures of effects with their starts
 
     @classmethod
     def of(cls, observations: Observations, fitted: Fit) -> "Ground":
         """The rig of a fit."""
         bare = _residual(observations, fitted, (), [])
-        return cls(observations, fitted, Projector.of(fitted), bare)
+        return cls(observations, fitted, fitted, Projector.of(fitted), bare, {})
+
+    def beside(self, fitted: Fit) -> "Ground":
+        """The same rig under a fit that has other effects and the same rig and nuisances."""
+        return replace(self, fitted=fitted, projector=Projector.of(fitted))
 
     def signatures(
         self, name: str, begins: Sequence[list[float]]
     ) -> Iterator[tuple[list[float], np.ndarray, bool]]:
         """Of each start the whitened change of the prediction, and whether the strength may be negative."""
         for start in begins:
-            changed = self.bare - _residual(self.observations, self.fitted, (name,), start)
-            if is_bounded(changed):
-                yield start, changed, every_effect()[name].acts_either_way()
+            key = name, tuple(start)
+            if key not in self.known:
+                self.known[key] = self.bare - _residual(self.observations, self.rig, (name,), start)
+            if is_bounded(self.known[key]):
+                yield start, self.known[key], every_effect()[name].acts_either_way()
 
     def promise(self, name: str) -> Promise:
         """How much of what the fit leaves an effect explains, over its starts and where else fits look.
@@ -65,8 +73,5 @@ def _residual(
     observations: Observations, fitted: Fit, explanation: Explanation, start: list[float]
 ) -> np.ndarray:
     """(trials, n) whitened measured minus predicted with an effect on the fitted rig."""
-    theta = np.concatenate([fitted.theta[:4], start, fitted.common])
-    space = coordinates(observations.prior, explanation)
-    return linearise(
-        observations, explanation, space, space.coordinate(theta), fitted.nuisance, fitted.grid
-    ).residual
+    theta = np.concatenate([fitted.theta[: len(RIG)], start, fitted.common])
+    return residual(observations, explanation, theta, fitted.nuisance, fitted.grid)

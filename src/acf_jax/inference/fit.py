@@ -7,7 +7,7 @@ import numpy as np
 from acf_jax.inference.forward import SAMPLES, Grid, step_for
 from acf_jax.inference.linear import Linearisation, half_chi_square, linearise, normal_equations
 from acf_jax.inference.observations import COMMON_TRIGGER, Observations
-from acf_jax.inference.parameters import COMMON, Coordinates, Explanation, classes, coordinates, delays
+from acf_jax.inference.parameters import Coordinates, Explanation, classes, coordinates, delays, parameters
 
 STRIDE = 2.0  # sampling intervals of its longest step
 RINGING, LAGGING = 1.0, 1 / 3  # the same where a sensor has dynamics of its own, and where it follows late
@@ -50,12 +50,12 @@ class Fit:
     @property
     def physical(self) -> np.ndarray:
         """The parameters of rig and effects, SI units."""
-        return self.theta[:-COMMON]
+        return self.theta[: len(parameters(self.explanation))]
 
     @property
     def common(self) -> np.ndarray:
-        """What all trials share: the sensor's zero, N, and the delay of the triggers, s."""
-        return self.theta[-COMMON:]
+        """What all trials share: the sensor's zero, N, the delay of the triggers, s, and waves of a discrepancy."""
+        return self.theta[len(parameters(self.explanation)) :]
 
     @property
     def root(self) -> np.ndarray:
@@ -150,7 +150,8 @@ def fit(
     """The most probable parameters from one start.
 
     **Arguments:** `start`: (p,) values in SI units, what all trials share last (`begin`). `nuisance`: (trials, q)
-    first guess of the nuisances; those of rings may be missing. `warm`: the start is near the optimum already.
+    first guess of the nuisances. Those of rings may be missing, and waves in both. `warm`: the start is near the
+    optimum already.
 
     While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
     is known to be, and the effect has to explain the data rather than the rig.
@@ -158,9 +159,12 @@ def fit(
     **Returns:** a `Fit`; stops after two iterations that gain less than the share `tolerance` of the objective.
     """
     interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_INTERVAL
-    common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval
+    waves = np.ones(observations.n_shared)
+    common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval, *waves
     at = coordinates(observations.prior, explanation, common_std)
-    u = np.clip(at.coordinate(start), at.low, at.high)
+    known = min(len(start), len(at.centre))
+    begin = np.concatenate([start[:known], np.zeros(len(at.centre) - known)])
+    u = np.clip(at.coordinate(begin), at.low, at.high)
     guess = np.zeros((len(observations.names), observations.n_nuisances))
     if nuisance is not None:
         known = min(nuisance.shape[1], guess.shape[1])  # other rings may have been found meanwhile

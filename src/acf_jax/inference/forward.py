@@ -19,12 +19,11 @@ from acf_jax.inference.parameters import RIG, Explanation, classes, parameters
 from acf_jax.kept import kept
 from acf_jax.model import Impact, Rig
 from acf_jax.simulator.derivatives import simulate_with_derivatives
-from acf_jax.simulator.simulate import System, make_system, simulate
+from acf_jax.simulator.simulate import System, make_system
 
 STEP_PER_RADIAN = 0.1  # omega h of the grid
 SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
-LANES = 512  # of one call without derivatives
-MADE_OF = (  # what holds all that the programs call
+MADE_OF = (  # what holds all that the program calls
     "effects",
     "inference/forward.py",
     "inference/free_curves",
@@ -33,7 +32,7 @@ MADE_OF = (  # what holds all that the programs call
     "model",
     "simulator",
 )
-PROGRAMS = 64  # of each kind that stay loaded: each takes 10 to 100 MB, and little time to load again
+PROGRAMS = 64  # that stay loaded: each takes 10 to 100 MB, and little time to load again
 BLOCK = 24  # trials of one call, the last one padded: data sets of every size share compiled code and memory is bounded
 
 
@@ -102,41 +101,6 @@ def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
     z = jax.ShapeDtypeStruct((BLOCK, len(parameters(explanation)) + 2), float)
     steps = jax.ShapeDtypeStruct((), int)
     return kept(program, f"forward {explanation}", (z, number, steps, number, number), MADE_OF)
-
-
-@functools.lru_cache(PROGRAMS)
-def _plain_program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
-    def one(z: Float[Array, " p+2"], h: Scalar, steps: Int[Array, ""]) -> tuple[Array, Array]:
-        rig, effects = unpack(explanation, z[:-2])
-        response = simulate(rig, Impact(z[-2], z[-1]), effects, h, SAMPLES, steps)
-        return response.sensed, response.contact
-
-    number = jax.ShapeDtypeStruct((), float)
-    z = jax.ShapeDtypeStruct((LANES, len(parameters(explanation)) + 2), float)
-    program = jax.vmap(one, in_axes=(0, None, None))
-    return kept(program, f"plain {explanation}", (z, number, jax.ShapeDtypeStruct((), int)), MADE_OF)
-
-
-def plain_forward(
-    explanation: Explanation, theta: np.ndarray, v_e: np.ndarray, f_p: np.ndarray, grid: Grid
-) -> tuple[np.ndarray, np.ndarray]:
-    """Sensed and contact force of many parameters at many impacts, without derivatives, in N.
-
-    **Arguments:** `theta`: (k, p), SI units. `v_e`, `f_p`: (n,), m/s and N.
-
-    **Returns:** two arrays (k, n, steps + 1); not finite where the integration is unstable.
-    """
-    k, n = len(theta), len(v_e)
-    impacts = np.tile(np.column_stack([v_e, f_p]), (k, 1))
-    z = np.column_stack([np.repeat(theta, n, axis=0), impacts])
-    found: list[tuple[np.ndarray, ...]] = []
-    for first in range(0, len(z), LANES):
-        here = z[first : first + LANES]
-        padded = here[np.arange(LANES) % len(here)]
-        answer = _plain_program(explanation)(padded, grid.h, grid.steps)
-        found.append(tuple(np.asarray(force)[: len(here), : grid.steps + 1] for force in answer))
-    sensed, contact = (np.concatenate(parts).reshape(k, n, -1) for parts in zip(*found, strict=True))
-    return sensed, contact
 
 
 def reach_of(

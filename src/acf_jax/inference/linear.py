@@ -12,7 +12,7 @@ import numpy as np
 from acf_jax.inference.forward import Forces, Grid, forward
 from acf_jax.inference.interpolation import combine, peak_of, taps
 from acf_jax.inference.observations import N_NUISANCE, Observations
-from acf_jax.inference.parameters import COMMON, Coordinates, Explanation
+from acf_jax.inference.parameters import COMMON, Coordinates, Explanation, parameters
 
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 
@@ -28,14 +28,24 @@ class Linearisation:
 
     residual: np.ndarray  # (trials, n) whitened measured minus predicted
     by_parameter: np.ndarray  # (trials, p, n) whitened derivative of the prediction in u
-    by_nuisance: np.ndarray  # (trials, q, n) in the trial's nuisances
+    by_motion: np.ndarray  # (trials, 3, n) the same in the nuisances that change the motion
+    by_ringing: (
+        np.ndarray
+    )  # (trials, k, n) the same in all others: that of the observations, the same at every point
     predicted: np.ndarray  # (trials, n) N
-    spread: np.ndarray  # (trials, q, n) N, change of the force by one standard deviation of each nuisance
+    spread: (
+        np.ndarray
+    )  # (trials, 3, n) N, change of the force by one standard deviation of velocity, pretension, time
+
+    @property
+    def by_nuisance(self) -> np.ndarray:
+        """(trials, q, n) whitened derivative of the prediction in the trial's nuisances."""
+        return np.concatenate([self.by_motion, self.by_ringing], axis=1)
 
     @property
     def is_sound(self) -> bool:
         """Whether the integration was stable."""
-        return all(map(is_bounded, (self.residual, self.by_parameter, self.by_nuisance)))
+        return all(map(is_bounded, (self.residual, self.by_parameter, self.by_motion)))
 
     def of(self, trials: np.ndarray) -> "Linearisation":
         """That of some trials, given by index."""
@@ -52,14 +62,50 @@ def linearise(
     reach: float = np.inf,
 ) -> Linearisation:
     """Run the simulator and compare it with the measured samples; `reach` is that of `forward`."""
-    o = observations
-    spread = o.nuisance_std
-    shift = nuisance[:, :N_NUISANCE] * spread
-    theta = at.value(u)
-    physical, common = theta[:-COMMON], theta[-COMMON:]
-    forces = forward(explanation, physical, o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
+    theta, count = at.value(u), len(parameters(explanation))
+    forces = _forces(observations, explanation, theta[:count], nuisance, grid, reach)
     with np.errstate(over="ignore", invalid="ignore"):  # an unstable integration is told by its objective
-        return compare(o, forces, at.slope(u), common, nuisance, grid.h)
+        return compare(observations, forces, at.slope(u), theta[count:], nuisance, grid.h)
+
+
+def residual(
+    observations: Observations, explanation: Explanation, theta: np.ndarray, nuisance: np.ndarray, grid: Grid
+) -> np.ndarray:
+    """(trials, n) the whitened residual alone, of parameters in SI units: a fraction of the time of `linearise`."""
+    o, count = observations, len(parameters(explanation))
+    common = theta[count:]
+    forces = _forces(o, explanation, theta[:count], nuisance, grid)
+    with np.errstate(over="ignore", invalid="ignore"):
+        near, weight, _ = taps(_times(o, forces, common, nuisance, grid.h), grid.h, forces.contact)
+        predicted = combine(forces.rows[:, :1], near, weight)[:, 0] + _beside_motion(o, common, nuisance)
+        return o.whiten(((o.force - predicted) * o.used)[:, None])[:, 0]
+
+
+def _forces(
+    o: Observations,
+    explanation: Explanation,
+    theta: np.ndarray,
+    nuisance: np.ndarray,
+    grid: Grid,
+    reach: float = np.inf,
+) -> Forces:
+    shift = nuisance[:, :N_NUISANCE] * o.nuisance_std
+    return forward(explanation, theta, o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
+
+
+def _times(o: Observations, forces: Forces, common: np.ndarray, nuisance: np.ndarray, h: float) -> np.ndarray:
+    """(trials, n) s after first contact, of each sample; that of the peak where only this was measured."""
+    times = o.time - (common[1] + nuisance[:, 2] * o.nuisance_std[:, 2])[:, None]
+    for i in np.flatnonzero(o.peak_only):
+        times[i, 0] = peak_of(forces.sensed[i], h, forces.contact[i])[1]
+    return times
+
+
+def _beside_motion(o: Observations, common: np.ndarray, nuisance: np.ndarray) -> np.ndarray:
+    """(trials, n) N: the sensor's zero, rings, and waves of a discrepancy."""
+    zero = common[0] * ~o.peak_only[:, None]
+    shared = np.einsum("k,ikn->in", common[COMMON:], o.shared)
+    return zero + shared + (nuisance[:, None, N_NUISANCE:] @ o.ringing)[:, 0]
 
 
 def compare(
@@ -71,31 +117,31 @@ def compare(
     h: float,
 ) -> Linearisation:
     """The simulated forces at the measured times, with derivatives, whitened."""
-    p = len(slope) - COMMON
-    zero, delay = common
-    spread, ringing = o.nuisance_std, o.ringing
-    times = o.time - (delay + nuisance[:, 2] * spread[:, 2])[:, None]
-    for i in np.flatnonzero(o.peak_only):
-        times[i, 0] = peak_of(forces.sensed[i], h, forces.contact[i])[1]
-    near, weight, rate_weight = taps(times, h, forces.contact)
+    p = len(slope) - len(common)
+    spread = o.nuisance_std
+    near, weight, rate_weight = taps(_times(o, forces, common, nuisance, h), h, forces.contact)
     at = combine(forces.rows, near, weight)
-    predicted, tangents = at[:, 0] + zero * ~o.peak_only[:, None], at[:, 1:]
-    predicted += np.einsum("ir,irn->in", nuisance[:, N_NUISANCE:], ringing)
+    predicted, tangents = at[:, 0] + _beside_motion(o, common, nuisance), at[:, 1:]
     timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
 
     first = 1 + p + COMMON  # row of a nuisance
-    rows = np.empty((len(o.names), first + o.n_nuisances, o.force.shape[1]))
+    rows = np.empty((len(o.names), first + N_NUISANCE, o.force.shape[1]))
     rows[:, 0] = o.force - predicted
     rows[:, 1 : p + 1] = tangents[:, :p] * slope[:p, None]
     rows[:, p + 1] = slope[p] * ~o.peak_only[:, None]
     rows[:, p + 2] = timing * slope[p + 1]
     rows[:, first : first + 2] = tangents[:, p:] * spread[:, :2, None]
     rows[:, first + 2] = timing * spread[:, 2:]
-    rows[:, first + N_NUISANCE :] = ringing
     rows *= o.used[:, None]
-    scatter = rows[:, first:].copy()
-    rows = o.whiten(rows)
-    return Linearisation(rows[:, 0], rows[:, 1:first], rows[:, first:], predicted * o.used, scatter)
+    white = o.whiten(rows)
+    return Linearisation(
+        white[:, 0],
+        np.concatenate([white[:, 1:first], o.whitened_shared], axis=1),
+        white[:, first:],
+        o.whitened_ringing,
+        predicted * o.used,
+        rows[:, first:],
+    )
 
 
 @dataclass(frozen=True)
@@ -126,10 +172,11 @@ def normal_equations(
 ) -> Normal:
     """With the noise variance multiplied by `inflation`."""
     r, j, k = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_nuisance))
-    nuisance_inverse = np.linalg.inv(np.einsum("ian,ibn->iab", k, k) + np.eye(k.shape[1]))
-    nuisance_gradient = nuisance - np.einsum("ian,in->ia", k, r)
-    cross = np.einsum("ipn,ian->ipa", j, k)
-    reduced = np.einsum("ipa,iab->ipb", cross, nuisance_inverse)
+    across = k.swapaxes(1, 2)
+    nuisance_inverse = np.linalg.inv(k @ across + np.eye(k.shape[1]))
+    nuisance_gradient = nuisance - (k @ r[:, :, None])[:, :, 0]
+    cross = j @ across
+    reduced = cross @ nuisance_inverse
     hessian = (
         np.einsum("ipn,iqn->pq", j, j, optimize=True)
         - np.einsum("ipb,iqb->pq", reduced, cross)

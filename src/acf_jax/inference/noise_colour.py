@@ -18,6 +18,15 @@ STARTS = [
 ]  # share, correlation time in samples
 SHORTEST, LONGEST = 0.2, 100.0  # correlation time in samples
 SHARE = 0.999  # of the variance that is correlated, at most
+MARGIN = 0.05  # by which the chi-square of a sample may exceed 1: the noise's size is known from few samples
+
+
+def noise_level(samples: int, doubt: float = 0.0) -> float:
+    """The chi-square that noise alone may leave: three deviations above its mean, and a little for what is not known.
+
+    **Arguments:** `doubt`: share by which it may be more since the noise's colour is hardly known (`Noise.doubt`).
+    """
+    return float(samples * (1 + MARGIN + doubt + 3 * np.sqrt(2 / samples)))
 
 
 def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -> Noise:
@@ -84,8 +93,12 @@ def _log_likelihood(observations: Observations, bare: Fit, noise: Noise) -> floa
     whiten = Whitener(observations.time, observations.used, noise)
     linear = bare.linear
     rows = whiten(np.concatenate([linear.residual[:, None], linear.by_parameter, linear.by_nuisance], axis=1))
-    first = 1 + len(bare.u)  # row of a nuisance
-    white = replace(linear, residual=rows[:, 0], by_parameter=rows[:, 1:first], by_nuisance=rows[:, first:])
+    residual, by_parameter, by_motion, by_ringing = np.split(
+        rows, np.cumsum([1, len(bare.u), linear.by_motion.shape[1]]), axis=1
+    )
+    white = replace(
+        linear, residual=residual[:, 0], by_parameter=by_parameter, by_motion=by_motion, by_ringing=by_ringing
+    )
     normal = normal_equations(white, bare.u, bare.nuisance)
     volume = np.linalg.slogdet(normal.nuisance_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
     left = half_chi_square(white, bare.u, bare.nuisance) - 0.5 * normal.gain

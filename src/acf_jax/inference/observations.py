@@ -25,6 +25,13 @@ N_NUISANCE = 3  # of every trial: velocity, pretension, trigger time; those of r
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
 
+class Discrepancy(NamedTuple):
+    """What a form's error may add to the force: one standard deviation of each of its waves, (trials, k, n) N."""
+
+    own: np.ndarray  # of each trial
+    shared: np.ndarray  # the same in all trials
+
+
 @dataclass(frozen=True)
 class Observations:
     """Trials padded to the same length; a peaks-only trial has one 'sample', its peak.
@@ -46,6 +53,7 @@ class Observations:
     prior: RigPrior
     trigger_std: float = TRIGGER  # of a trial's trigger about the common one, in sampling intervals
     rings: tuple[Ring, ...] = ()  # what trials of one condition do not share
+    discrepancy: Discrepancy | None = None
 
     @property
     def n_used(self) -> int:
@@ -68,14 +76,42 @@ class Observations:
 
     @property
     def n_nuisances(self) -> int:
-        """Of a trial: velocity, pretension, trigger time, and two of each ring."""
-        return N_NUISANCE + 2 * len(self.rings)
+        """Of a trial: velocity, pretension, trigger time, two of each ring, and the waves of a discrepancy."""
+        waves = 0 if self.discrepancy is None else self.discrepancy.own.shape[1]
+        return N_NUISANCE + 2 * len(self.rings) + waves
+
+    @property
+    def n_shared(self) -> int:
+        """Waves of a discrepancy that all trials share."""
+        return self.shared.shape[1]
+
+    @property
+    def shared(self) -> np.ndarray:
+        """(trials, k, n) N, one standard deviation of each of these waves."""
+        if self.discrepancy is None:
+            return np.zeros((len(self.names), 0, self.time.shape[1]))
+        return self.discrepancy.shared
 
     @cached_property
     def ringing(self) -> np.ndarray:
-        """(trials, 2 rings, n) N, one standard deviation of each ring's two parts, zero where there is no trace."""
+        """(trials, k, n) N, one standard deviation of each ring's two parts and of each wave of a discrepancy.
+
+        Zero where there is no trace.
+        """
         largest = np.where(self.used, self.force, 0.0).max(1)
-        return np.where(self.traced[:, None], ringing(self.rings, self.time, largest), 0.0)
+        of_rings = np.where(self.traced[:, None], ringing(self.rings, self.time, largest), 0.0)
+        waves = [] if self.discrepancy is None else [self.discrepancy.own]
+        return np.concatenate([of_rings, *waves], axis=1)
+
+    @cached_property
+    def whitened_ringing(self) -> np.ndarray:
+        """(trials, k, n) the same in units of independent noise, zero where unused."""
+        return self.whiten(self.ringing * self.used[:, None])
+
+    @cached_property
+    def whitened_shared(self) -> np.ndarray:
+        """(trials, k, n) the waves that all trials share, in units of independent noise, zero where unused."""
+        return self.whiten(self.shared * self.used[:, None])
 
     @property
     def traced(self) -> np.ndarray:
@@ -100,6 +136,7 @@ class Observations:
             self,
             names=tuple(self.names[i] for i in index),
             **{name: getattr(self, name)[index] for name in rows},
+            discrepancy=self.discrepancy and Discrepancy(*(waves[index] for waves in self.discrepancy)),
         )
 
 

@@ -26,9 +26,7 @@ RIG_BOUNDS = (
     (1.0, 1e11),
 )  # far beyond what a data set may state, SI units
 ROUNDING = 1e-12
-COMMON = (
-    2  # parameters that every explanation ends with: the sensor's zero, N, and the delay of all triggers, s
-)
+COMMON = 2  # what all trials share: the sensor's zero, N, and the delay of all triggers, s; waves come behind
 PRIOR_WIDTH = 3.0  # width of the prior of a strength, in its typical values
 
 Explanation = tuple[
@@ -43,8 +41,14 @@ def every_effect() -> dict[str, type[AbstractEffect]]:
 
 
 def is_free_curve(explanation: Explanation) -> bool:
-    """Whether the explanation is a free curve, which stands for an unknown cause."""
-    return bool(explanation) and explanation[0] in free_curves()
+    """Whether a free curve, which stands for an unknown cause, is the explanation or a part of it."""
+    return any(name in free_curves() for name in explanation)
+
+
+def split(explanation: Explanation) -> tuple[Explanation, Explanation]:
+    """The laws of an explanation, and its free curves."""
+    curves = tuple(name for name in explanation if name in free_curves())
+    return tuple(name for name in explanation if name not in curves), curves
 
 
 def classes(explanation: Explanation) -> list[type[AbstractEffect]]:
@@ -88,9 +92,9 @@ class Coordinates(NamedTuple):
 
 
 def coordinates(
-    prior: RigPrior, explanation: Explanation, common_std: tuple[float, float] = (1.0, 1.0)
+    prior: RigPrior, explanation: Explanation, common_std: Sequence[float] = (1.0, 1.0)
 ) -> Coordinates:
-    """Priors and bounds of the rig's parameters, an explanation's, and of what all trials share (`COMMON`)."""
+    """Priors and bounds of the rig's parameters, an explanation's, and of what all trials share."""
     value, std = prior.values, prior.stds
     rows = [
         (

@@ -1,7 +1,6 @@
 """A fit's surroundings to second order: what its parameters and nuisances cannot imitate of a signal, and what of the
 residual a signal explains."""
 
-import itertools
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,8 +9,6 @@ import numpy as np
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.linear import Linearisation, Normal, normal_equations
 
-NEAR = 6.0  # prior standard deviations from a bound, within which it may be in the way of an answer
-
 
 class Reduced(NamedTuple):
     """Signals (k, trials, n) with the nuisances eliminated."""
@@ -19,12 +16,6 @@ class Reduced(NamedTuple):
     plain: np.ndarray  # (k, k) inner products
     on_residual: np.ndarray  # (k,) with the residual
     on_parameters: np.ndarray  # (k, p) with the derivatives by the parameters
-
-    def of(self, signals: np.ndarray) -> "Reduced":
-        """Those of some of the signals."""
-        return Reduced(
-            self.plain[signals][:, signals], self.on_residual[signals], self.on_parameters[signals]
-        )
 
 
 @dataclass(frozen=True)
@@ -69,10 +60,6 @@ class Projector:
         """x' P y of all pairs of `signals` (k, trials, n): (k, k)."""
         return self._gram(self.reduce(signals))
 
-    def distances(self, reduced: Reduced) -> np.ndarray:
-        """Root of x' P x of each signal, (k,)."""
-        return np.sqrt(np.maximum(np.diag(self._gram(reduced)), 0.0))
-
     def _gram(self, reduced: Reduced) -> np.ndarray:
         answer = np.linalg.solve(self.normal.hessian, reduced.on_parameters.T)
         return np.asarray(reduced.plain - reduced.on_parameters @ answer)
@@ -95,30 +82,3 @@ class Projector:
         size = float(plain[0] - on_parameters[free] @ answer)
         taken = float(on_residual + self.normal.gradient[free] @ answer)
         return (taken / size, taken**2 / size) if size > 0 else (0.0, 0.0)
-
-    def gains(self, reduced: Reduced, amounts: np.ndarray) -> np.ndarray:
-        """By how much half the chi-square falls where signals explain part of the residual, (k, m).
-
-        `amounts` (k, m) of each signal are tried, each with the best answer of parameters within their bounds and of
-        nuisances; of an amount of zero the gain is what that answer alone is worth.
-        """
-        alone = (
-            0.5 * self.normal.nuisance_gain
-            + amounts * reduced.on_residual[:, None]
-            - 0.5 * amounts**2 * np.diag(reduced.plain)[:, None]
-        )
-        pull = -self.normal.gradient - amounts[..., None] * reduced.on_parameters[:, None]
-        best = np.full(amounts.shape, -np.inf)
-        near = np.flatnonzero(self.low > -NEAR)
-        for is_held in itertools.product((False, True), repeat=len(near)):
-            held = np.zeros(len(self.low), bool)
-            held[near] = is_held
-            step = np.where(held, self.low, np.zeros_like(pull))
-            rest = (pull - step @ self.normal.hessian)[..., ~held]
-            step[..., ~held] = np.linalg.solve(self.normal.hessian[~held][:, ~held], rest[..., None])[..., 0]
-            gained = (pull * step).sum(-1) - 0.5 * np.einsum(
-                "kmp,pq,kmq->km", step, self.normal.hessian, step
-            )
-            is_within = (step >= self.low - 1e-9).all(-1)
-            best = np.where(is_within, np.maximum(best, gained), best)
-        return alone + best

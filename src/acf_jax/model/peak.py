@@ -23,7 +23,7 @@ from acf_jax.model.blocks import in_blocks
 from acf_jax.model.carlson import carlson_rc
 from acf_jax.model.crossing import Crossing, find_crossing, find_crossings, polish, residual
 from acf_jax.model.response import contact_force, contact_force_curvature, contact_force_rate
-from acf_jax.model.rig import Impact, Rig, shape_of
+from acf_jax.model.rig import Impact, Rig, broadcast
 
 Scalar = Float[Array, ""]
 RootFinder = Callable[[Crossing], Scalar]
@@ -41,6 +41,21 @@ class Peak(NamedTuple):
     f_max: Float[Array, "*batch"]  # N
     t_max: Float[Array, "*batch"]  # s, since contact
     has_peak: Bool[Array, "*batch"]
+
+    def __repr__(self) -> str:
+        if any(isinstance(x, jax.core.Tracer) or not hasattr(x, "__array__") for x in self):
+            return f"Peak{tuple(self)}"  # traced, or what a transformation has put in place of numbers
+        f_max, t_max, has_peak = map(np.asarray, self)
+        if not has_peak.size:
+            return "Peak(no impact)"
+        without = has_peak.size - int(has_peak.sum())
+        if without == has_peak.size:
+            return "Peak(none, the force keeps rising)"
+        force, time = f_max[has_peak], 1e3 * t_max[has_peak]
+        if not has_peak.shape:
+            return f"Peak({force[0]:.2f} N after {time[0]:.3f} ms)"
+        spans = f"{force.min():.2f} to {force.max():.2f} N after {time.min():.3f} to {time.max():.3f} ms"
+        return f"Peak({spans}, {has_peak.size} impacts{f', {without} of them without a peak' if without else ''})"
 
 
 class Reduced(NamedTuple):
@@ -154,7 +169,8 @@ def find_peak(rig: Rig, impact: Impact) -> Peak:
 
     **Raises:** `ValueError` for arrays.
     """
-    if shape := shape_of(rig, impact):
+    rig, impact = broadcast(rig, impact)
+    if shape := rig.m.shape:
         raise ValueError(f"find_peak takes scalars, but the shape of the fields is {shape}; use find_peaks")
     return _peak(False, rig, impact)
 
@@ -163,14 +179,18 @@ def find_peak(rig: Rig, impact: Impact) -> Peak:
 def find_peaks(rig: Rig, impact: Impact) -> Peak:
     """Peak forces of a batch: `find_peak` in blocks that stay in the cache, several times faster.
 
-    **Arguments:** `rig`, `impact` with fields of shape (N,).
+    **Arguments:** `rig`, `impact` with fields that are numbers or arrays, which broadcast to one shape, such as (N,).
 
-    **Returns:** `Peak` of arrays of shape (N,). Differentiable as `find_peak` is.
+    **Returns:** `Peak` of arrays of that shape. Differentiable as `find_peak` is.
 
-    **Raises:** `ValueError` for fields of another shape, or of several.
+    **Raises:** `ValueError` for numbers alone, and for shapes that do not fit each other.
     """
-    if len(shape := shape_of(rig, impact)) != 1:
+    rig, impact = broadcast(rig, impact)
+    if not (shape := rig.m.shape):
         raise ValueError(
-            f"find_peaks takes fields of shape (N,), but theirs is {shape}; use find_peak or ravel"
+            f"find_peaks takes an array, but the shape of all fields is {shape}; use find_peak instead"
         )
-    return _peak(True, rig, impact)
+    found: Peak = jax.tree.map(
+        lambda x: x.reshape(shape), _peak(True, *jax.tree.map(jnp.ravel, (rig, impact)))
+    )
+    return found

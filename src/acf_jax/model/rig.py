@@ -60,7 +60,7 @@ def _check_ranges(owner: eqx.Module, positive: tuple[str, ...], not_negative: tu
 class Rig(eqx.Module):
     """An active contact flange on a robot, meeting a part: Eqs. (1) and (2) of the paper.
 
-    Fields are scalars; a leading axis, the same for all, makes a batch for `jax.vmap` or `find_peaks`.
+    Fields are scalars; arrays make a batch for `jax.vmap`, where all have the same axis, or for `find_peaks`.
 
     **Raises:** `ValueError` when a concrete value cannot be that of a rig; traced values are not checked.
     """
@@ -75,6 +75,9 @@ class Rig(eqx.Module):
 
     def __check_init__(self) -> None:
         _check_ranges(self, positive=("m", "k_c"), not_negative=("d", "k_f"))
+
+    def __repr__(self) -> str:
+        return _shown(self, ("kg", "N s/m", "N/m", "N/m"))
 
     @property
     def k(self) -> Array:
@@ -112,17 +115,40 @@ class Impact(eqx.Module):
     def __check_init__(self) -> None:
         _check_ranges(self, positive=(), not_negative=("v_e", "f_p"))
 
+    def __repr__(self) -> str:
+        return _shown(self, ("m/s", "N"))
 
-def shape_of(rig: Rig, impact: Impact) -> tuple[int, ...]:
-    """The shape that all fields have in common: () of one sample, (N,) of a batch.
 
-    **Raises:** `ValueError` when they have several.
+def broadcast(rig: Rig, impact: Impact) -> tuple[Rig, Impact]:
+    """Rig and impact with every field repeated to the shape that all broadcast to: () of one sample.
+
+    **Raises:** `ValueError` when their shapes do not fit each other.
     """
-    shapes = sorted({jnp.shape(field) for field in jax.tree.leaves((rig, impact))})
-    if len(shapes) > 1:
-        found = " and ".join(map(str, shapes))
+    shapes = [jnp.shape(field) for field in jax.tree.leaves((rig, impact))]
+    try:
+        shape = np.broadcast_shapes(*shapes)
+    except ValueError:
+        found = " and ".join(map(str, sorted(set(shapes))))
         raise ValueError(
-            f"all fields of rig and impact must have one shape, but theirs are {found}; repeat what they share, as in"
-            " jnp.full_like(v_e, 100.0)"
-        )
-    return shapes[0]
+            f"the fields of rig and impact must broadcast to one shape, but theirs are {found}; give each a number, or"
+            " arrays of one length"
+        ) from None
+    repeated: tuple[Rig, Impact] = jax.tree.map(lambda field: jnp.broadcast_to(field, shape), (rig, impact))
+    return repeated
+
+
+def quantity(value: object, unit: str) -> str:
+    """A number, or what an array holds, with its unit: `4 kg`, `0.05 to 0.35 m/s (5,)`; of a traced value its type."""
+    if isinstance(value, jax.core.Tracer) or not hasattr(value, "shape"):
+        return f"{value} {unit}"
+    values = np.asarray(value)
+    if values.ndim == 0 or not values.size:
+        return f"{values:.6g} {unit}" if values.size else f"no {unit}"
+    return f"{values.min():.6g} to {values.max():.6g} {unit} {values.shape}"
+
+
+def _shown(module: eqx.Module, units: tuple[str, ...]) -> str:
+    """A module of quantities on one line."""
+    fields = zip(module.__dataclass_fields__, units, strict=True)
+    written = ", ".join(f"{name}={quantity(getattr(module, name), unit)}" for name, unit in fields)
+    return f"{type(module).__name__}({written})"

@@ -125,8 +125,11 @@ class Mapping(Part):
         return self
 
 
-def read_mapping(path: Path | None, options: dict[str, Any]) -> Mapping:
-    """The mapping of a file, options of the command line in place of its keys; `InputError` lists every fault."""
+def read_mapping(path: Path | None, options: dict[str, Any], dashes: str = "--") -> Mapping:
+    """The mapping of a file, options in place of its keys; `InputError` lists every fault.
+
+    **Arguments:** `dashes`: before an option's name in a message; none before an argument of a program.
+    """
     given = {name: value for name, value in options.items() if value is not None}
     content = read_yaml_mapping(path) if path else {}
     for either in (("velocity", "position"), ("time", "sample_rate_hz")):
@@ -139,7 +142,7 @@ def read_mapping(path: Path | None, options: dict[str, Any]) -> Mapping:
         found = list(problems(Mapping, content, error))
     where = path or "options"
     places = [
-        f"--{_OPTIONS.get(key, key)}" if key in given else f"{where}: {key}" if key else f"{where}"
+        f"{dashes}{_OPTIONS.get(key, key)}" if key in given else f"{where}: {key}" if key else f"{where}"
         for key, _ in found
     ]
     raise InputError([f"{place}: {problem}" for place, (_, problem) in zip(places, found, strict=True)])

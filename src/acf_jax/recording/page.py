@@ -11,7 +11,7 @@ from acf_jax.recording.impacts import Impacts
 from acf_jax.recording.series import Array, Series
 from acf_jax.report.markup import Html, bullets, element, join, section, table
 from acf_jax.report.page import Part, page, part
-from acf_jax.report.plot import Variant, axis, plain, plot, series
+from acf_jax.report.plot import Drawn, Variant, axis, plain, plot, series
 
 BUCKETS = 3000  # of the whole recording; each shows its least and largest sample
 MOST = 300  # cuts that the page carries sample by sample
@@ -28,9 +28,11 @@ def import_page(impacts: Impacts, review: str | None, dataset: str) -> str:
             "Why no data set came of it",
             bullets(impacts.faults) if impacts.faults else None,
         ),
-        Part("recording", "Recording", section("recording", "The whole recording", _whole(impacts))),
-        Part("cuts", "Cuts", section("cuts", "Each cut", _each(impacts), _table(impacts))) if cut else None,
-        Part("notes", "Notes", section("notes", "What was taken, and from where", _notes(impacts))),
+        Part("recording", "Recording", section("recording", "The whole recording", whole_recording(impacts))),
+        Part("cuts", "Cuts", section("cuts", "Each cut", each_cut(impacts), cuts_table(impacts)))
+        if cut
+        else None,
+        Part("notes", "Notes", section("notes", "What was taken, and from where", taken(impacts))),
         Part("next", "Next", section("next", "What to do next", _next(impacts, review, dataset))),
     ]
     foot = element(
@@ -78,7 +80,8 @@ def _head(impacts: Impacts) -> Html:
     )
 
 
-def _whole(impacts: Impacts) -> Html:
+def whole_recording(impacts: Impacts) -> Drawn:
+    """Force and robot over time, with a mark and a band for each cut."""
     session = impacts.session
     begin = int(session.force.time[0])
     shown: list[dict[str, Any]] = [_line(*envelope(session.force, begin), "force", "--recalibrated")]
@@ -111,7 +114,8 @@ def _whole(impacts: Impacts) -> Html:
     )
 
 
-def _each(impacts: Impacts) -> Html:
+def each_cut(impacts: Impacts) -> Drawn:
+    """Every sample of a cut, with a choice among them."""
     cuts = impacts.cuts[:MOST]
     layout = {
         "xaxis": axis("time since first contact / ms"),
@@ -152,7 +156,8 @@ def _cut(cut: Cut) -> Variant:
     return Variant(label, [samples], {"shapes": shapes, "showlegend": False})
 
 
-def _table(impacts: Impacts) -> Html:
+def cuts_table(impacts: Impacts) -> Html:
+    """A row a cut: what was measured, and whether it is kept."""
     begin = int(impacts.session.force.time[0])
     rows = []
     for cut in impacts.cuts:
@@ -176,7 +181,8 @@ def _table(impacts: Impacts) -> Html:
     return table("As found in the recording; ± is one standard deviation", head, rows)
 
 
-def _notes(impacts: Impacts) -> Html:
+def taken(impacts: Impacts) -> Html:
+    """Which signals were taken, and what a reader should know of them."""
     session = impacts.session
     words = {
         "force": "force",

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from acf_jax.dataset.description import SCHEMA, check_description
+from acf_jax.dataset.rig_file import KEYS, as_prior
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
@@ -27,6 +28,13 @@ class RigFile:
     rig: dict[str, Any]
     measurement: dict[str, Any]
     description: str = ""
+
+
+def stated(prior: RigPrior) -> RigFile:
+    """The description of a rig of which a program knows the prior."""
+    known = (prior.m, prior.d, prior.k_f, prior.k_c)
+    rig = {key: {"value": p.value, "std": p.std} for key, p in zip(KEYS.values(), known, strict=True)}
+    return RigFile(prior, rig, {})
 
 
 def read_rig_file(path: Path) -> RigFile:
@@ -58,5 +66,5 @@ def _checked(path: Path, document: dict[str, Any]) -> RigFile:
     if "rig" not in document:
         raise InputError(f"{path}: rig: is missing; write it as in docs/data_format.md")
     _, prior, _ = check_description(path, {"schema": SCHEMA} | document)
-    measurement = document.get("measurement")
-    return RigFile(prior, document["rig"], dict(measurement) if measurement else {})
+    whole, _, _ = as_prior(document, str(path))  # as a data set has it, whatever the file's form
+    return RigFile(prior, whole["rig"], dict(whole.get("measurement") or {}))

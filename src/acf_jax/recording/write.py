@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from acf_jax.dataset import read_dataset
+from acf_jax.dataset import GapDataset, read_dataset
 from acf_jax.dataset.description import SCHEMA
 from acf_jax.documents import yaml_text
 from acf_jax.errors import InputError
@@ -21,8 +21,10 @@ COLUMNS = (
 )
 
 
-def write_impacts(folder: Path, impacts: Impacts, rig: RigFile | None) -> None:
+def write_impacts(folder: Path, impacts: Impacts, rig: RigFile | None) -> GapDataset | None:
     """Write dataset.yaml, trials.csv and traces/; with a rig the result is read back as `diagnose` would.
+
+    **Returns:** the data set that was read back; None without a rig.
 
     **Raises:** `Refused` when what was written is no sound data set.
     """
@@ -30,12 +32,13 @@ def write_impacts(folder: Path, impacts: Impacts, rig: RigFile | None) -> None:
     write_text(folder / "trials.csv", "\n".join([COLUMNS, *(_row(impacts, cut) for cut in impacts.kept), ""]))
     for cut in impacts.kept:
         write_text(folder / "traces" / f"{cut.trial}.csv", trace_text(cut))
-    if rig is not None:
-        try:
-            read_dataset(folder)
-        except InputError as error:
-            faults = tuple(_of_contact(fault.replace(f"{folder}/", ""), impacts) for fault in error.faults)
-            raise Refused(replace(impacts, faults=faults)) from None
+    if rig is None:
+        return None
+    try:
+        return read_dataset(folder)
+    except InputError as error:
+        faults = tuple(_of_contact(fault.replace(f"{folder}/", ""), impacts) for fault in error.faults)
+        raise Refused(replace(impacts, faults=faults)) from None
 
 
 def _of_contact(fault: str, impacts: Impacts) -> str:
@@ -55,12 +58,16 @@ def trace_text(cut: Cut) -> str:
 
 def review_of(impacts: Impacts) -> str:
     """cuts.yaml of what was found; where no data set came of it nothing is decided."""
-    entries = []
-    for cut in impacts.cuts:
-        keep = AUTO if impacts.faults else cut.keep
-        entry = Entry.model_validate({"trial": cut.trial, "contact_s": _seconds(impacts, cut), "keep": keep})
-        entries.append((entry, _comment(cut)))
-    return review_text(impacts.session.path.name, entries)
+    decided = [
+        (entry_of(impacts, cut, None if impacts.faults else cut.keep), _comment(cut)) for cut in impacts.cuts
+    ]
+    return review_text(impacts.session.path.name, decided)
+
+
+def entry_of(impacts: Impacts, cut: Cut, keep: bool | None) -> Entry:
+    """What a review says of a cut; `keep` None: the checks decide."""
+    said = AUTO if keep is None else keep
+    return Entry.model_validate({"trial": cut.trial, "contact_s": _seconds(impacts, cut), "keep": said})
 
 
 def _description(impacts: Impacts, rig: RigFile | None) -> str:

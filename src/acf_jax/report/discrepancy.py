@@ -14,7 +14,7 @@ from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import unpack
 from acf_jax.inference.interpolation import first_loss
-from acf_jax.inference.parameters import component_of, is_free_curve
+from acf_jax.inference.parameters import component_of, is_free_curve, split
 from acf_jax.model import Impact
 from acf_jax.report.markup import Html
 from acf_jax.report.plot import Variant, axis, plot, series
@@ -62,7 +62,7 @@ def unknown_cause(diagnosis: Diagnosis) -> Html | None:
     if not of_curves or (UNKNOWN not in d.credible and d.scored[0].explanation != UNKNOWN):
         return None
     fitted, p = max(of_curves, key=lambda item: item[1])
-    component = component_of(fitted.explanation[0])
+    component = component_of(split(fitted.explanation)[1][0])
     o = d.observations
     first = [int(np.flatnonzero(o.condition == c)[0]) for c in np.unique(o.condition)]
     first.sort(key=lambda i: (o.v_e[i], o.f_p[i]))
@@ -96,14 +96,15 @@ def unknown_cause(diagnosis: Diagnosis) -> Html | None:
 def along(fitted: Fit, v_e: np.ndarray, f_p: np.ndarray, ends: np.ndarray) -> list[Course]:
     """The discrepancy of a free curve's fit along impacts until contact is lost, at the latest until `ends` (s)."""
     h, steps = fitted.grid.h, fitted.grid.steps
-    rig, (effect,) = unpack(fitted.explanation, jnp.asarray(fitted.physical))
-    component = component_of(fitted.explanation[0])
+    rig, effects = unpack(fitted.explanation, jnp.asarray(fitted.physical))
+    place = fitted.explanation.index(split(fitted.explanation)[1][0])
+    effect, component = effects[place], component_of(fitted.explanation[place])
 
     def one(v: Scalar, f: Scalar) -> tuple[Motion, Scalar]:
-        system = make_system(rig, Impact(v, f), (effect,), fitted.grid.pull)
+        system = make_system(rig, Impact(v, f), effects, fitted.grid.pull)
 
         def added(motion: Motion, moving: Moving) -> Scalar:
-            state = moving.y.states[0]
+            state = moving.y.states[place]
             match component:
                 case "actuator":
                     return effect.force_on_mass(motion, state)

@@ -63,3 +63,8 @@ def page(title: str, head: Html, parts: Sequence[Part], foot: Html) -> str:
 </body>
 </html>
 """
+
+
+def figure_page(title: str, figure: Html) -> str:
+    """The page of a figure that stands alone."""
+    return page(title, element("h1", title), [Part("figure", "Figure", element("section", figure))], Html(""))

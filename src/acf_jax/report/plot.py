@@ -30,6 +30,23 @@ class Variant(NamedTuple):
     layout: dict[str, Any] = {}  # noqa: RUF012  # what of the layout belongs to this choice
 
 
+class Figure(NamedTuple):
+    """What a figure is drawn from."""
+
+    title: str
+    variants: Sequence[Variant]
+    layout: dict[str, Any]
+    height: int  # pixels
+    choice: str  # label of the choice among several variants
+    first: int  # the variant that is shown first
+
+
+class Drawn(Html):
+    """A figure as HTML that still knows what it is drawn from."""
+
+    figure: Figure
+
+
 def plot(
     name: str,
     title: str,
@@ -39,7 +56,7 @@ def plot(
     height: int = 340,
     choice: str = "Show",
     first: int = 0,
-) -> Html:
+) -> Drawn:
     """A figure; with several variants the reader chooses among them.
 
     **Arguments:** `name`: unique on the page. `title`: also what a screen reader says of it. `height`: in pixels.
@@ -64,7 +81,9 @@ def plot(
         data_first=first,
     )
     data = element("script", Html(_json(content)), type="application/json", id=f"{name}-data")
-    return element("figure", *parts, drawing, data, element("figcaption", formula(caption)))
+    drawn = Drawn(element("figure", *parts, drawing, data, element("figcaption", formula(caption))))
+    drawn.figure = Figure(title, variants, layout, height, choice, first)
+    return drawn
 
 
 def bars(labels: Sequence[str], values: Sequence[float]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import numpy as np
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.report.markup import Html, element, join
 from acf_jax.report.outlook import Curves, Outlook
-from acf_jax.report.words import VERDICTS, likelihood, name_of, percent, shrunk, si, verdict
+from acf_jax.report.words import VERDICTS, advice, likelihood, name_of, percent, shrunk, si, verdict
 
 
 def summary(diagnosis: Diagnosis, content: dict[str, Any], look: Outlook) -> Html:
@@ -27,6 +27,7 @@ def summary(diagnosis: Diagnosis, content: dict[str, Any], look: Outlook) -> Htm
             title,
             headline,
             element("p", f"{shrunk(d)} {consequence(d, look)}".strip()),
+            element("p", advice(d)) if advice(d) else join([]),
             _tiles(d, content),
             described,
         ]

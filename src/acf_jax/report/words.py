@@ -185,6 +185,23 @@ def made_of(diagnosis: Diagnosis) -> str:
     )
 
 
+def advice(diagnosis: Diagnosis) -> str:
+    """What to do about the most probable cause on the machine; empty where no law is named."""
+    d = diagnosis
+    named = d.scored[0].explanation
+    if d.verdict not in ("identified", "ambiguous") or not named or named == UNKNOWN:
+        return ""
+    first = "On the machine: " if d.verdict == "identified" else "On the machine, if it is so: "
+    return first + "; ".join(f"{name_of((name,))}: {every_effect()[name].remedy}" for name in named) + "."
+
+
+def told(diagnosis: Diagnosis) -> str:
+    """What a terminal tells: doubts, the verdict, what the gap is made of, and what to do about it."""
+    notes = [f"note: {line}" for line in doubts(diagnosis)]
+    lines = [*notes, sentence(diagnosis), made_of(diagnosis), advice(diagnosis)]
+    return "\n".join(filter(None, lines))
+
+
 def doubts(diagnosis: Diagnosis) -> list[str]:
     """What of the data should make a reader doubt the verdict, a line each."""
     d = diagnosis

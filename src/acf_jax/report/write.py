@@ -5,7 +5,9 @@ from typing import Any
 
 from acf_jax import __version__
 from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.results import write_results
 from acf_jax.files import write_text
+from acf_jax.folders import whole_folder
 from acf_jax.report import (
     composition,
     design,
@@ -23,6 +25,14 @@ from acf_jax.report import (
 from acf_jax.report.markup import element
 from acf_jax.report.outlook import outlook
 from acf_jax.report.page import page, part
+
+
+def save_diagnosis(folder: Path, diagnosis: Diagnosis) -> dict[str, Any]:
+    """Write diagnosis.json, model.json and report.html into `folder`, all or none; the content of diagnosis.json."""
+    with whole_folder(folder) as scratch:
+        content = write_results(scratch, diagnosis)
+        write_report(scratch / "report.html", diagnosis, content)
+    return content
 
 
 def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> None:

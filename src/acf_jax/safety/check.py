@@ -13,7 +13,7 @@ from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import RIG, ClosedForm
 from acf_jax.contact.read import by_surrogate
 from acf_jax.contact.stop import LONGEST, Stop, ending_conflict, latest_stop, stop_of, stop_words
-from acf_jax.design.boundary import first_failure
+from acf_jax.designs.boundary import first_failure
 from acf_jax.predict import LONGEST as LONGEST_TRACE
 from acf_jax.safety import standard
 from acf_jax.safety.assumptions import cautions

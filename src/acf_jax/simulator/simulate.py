@@ -45,15 +45,11 @@ class System(NamedTuple):
     effects: tuple[AbstractEffect, ...]
     pull: Scalar
 
-    def _with_states(self, y: State) -> list[tuple[AbstractEffect, States]]:
-        """Each effect with its state."""
-        return list(zip(self.effects, y.states, strict=True))
-
     @jax.jit  # traced once, not at each of the places that call it
     def motion(self, t: Scalar, y: State) -> Motion:
         """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
         rig, impact = self.rig, self.impact
-        states = self._with_states(y)
+        states = list(zip(self.effects, y.states, strict=True))
         robot = [e.robot_displacement(rig, impact, t, q) for e, q in states]
         pad = [e.pad_displacement(q) for e, q in states]
         carrier = [e.carrier_displacement(rig, impact, t) for e in self.effects]
@@ -70,7 +66,7 @@ class System(NamedTuple):
     def rates(self, t: Scalar, y: State, free: Scalar) -> State:
         """Equation (1) with effects; `free` is the share of the step for which the flange is off its stop."""
         rig, motion = self.rig, self.motion(t, y)
-        states = self._with_states(y)
+        states = list(zip(self.effects, y.states, strict=True))
         force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in states)
         x_ddot = free * (force - rig.d * motion.x_dot - rig.k_f * motion.x) / rig.m
         return State(free * y.x_dot, x_ddot, tuple(e.rates(motion, x_ddot, q) for e, q in states))

@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Float
 
 from acf_jax.errors import InputError
 from acf_jax.model import Impact, Rig
-from acf_jax.model.rig import shape_of
+from acf_jax.model.rig import broadcast
 from acf_jax.surrogate.box import Box
 from acf_jax.surrogate.features import AbstractFeatures
 from acf_jax.surrogate.fold import distance_to_fold
@@ -105,8 +105,8 @@ class Surrogate(eqx.Module):
     def __call__(self, rig: Rig, impact: Impact, outside: Literal["refuse", "flag"] = "refuse") -> Prediction:
         """Force, gradient and error bound of one sample or of a batch.
 
-        **Arguments:** `rig`, `impact` with fields that are scalars or of shape (N,); `outside`: 'refuse'
-        raises, 'flag' answers nevertheless with `is_inside` False, where no bound holds.
+        **Arguments:** `rig`, `impact` with fields that are scalars or of shape (N,), which broadcast; `outside`:
+        'refuse' raises, 'flag' answers nevertheless with `is_inside` False, where no bound holds.
 
         **Raises:** `InputError` that lists each parameter outside the trained range, and impacts
         without a peak; `ValueError` for fields of several shapes.
@@ -119,7 +119,7 @@ class Surrogate(eqx.Module):
         return prediction
 
     def _faults(self, rig: Rig, impact: Impact) -> list[str]:
-        rig, impact = jax.tree.map(jnp.atleast_1d, (rig, impact))
+        rig, impact = jax.tree.map(jnp.atleast_1d, broadcast(rig, impact))
         inside = np.asarray(jax.vmap(self.box.has)(rig, impact))
         faults = self.box.faults(rig, impact, inside)
         has_peak = np.asarray(jax.vmap(distance_to_fold)(rig, impact).has_peak)
@@ -132,6 +132,7 @@ class Surrogate(eqx.Module):
 
 @eqx.filter_jit
 def _predict(surrogate: Surrogate, rig: Rig, impact: Impact) -> Prediction:
-    predict = Surrogate.predict if shape_of(rig, impact) == () else jax.vmap(Surrogate.predict, (None, 0, 0))
+    rig, impact = broadcast(rig, impact)
+    predict = Surrogate.predict if rig.m.shape == () else jax.vmap(Surrogate.predict, (None, 0, 0))
     prediction: Prediction = predict(surrogate, rig, impact)
     return prediction

@@ -1,0 +1,102 @@
+"""Proposals of a search over explanations: a law added to some, dropped from them, or swapped for another."""
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from acf_jax.diagnosis.candidates import blocks_of, fit_more, in_parallel
+from acf_jax.evidence.learnt import LEARNT
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.fit import ITERATIONS, Fit, fit
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import RIG, Explanation
+
+PROMISING = 3  # explanations of each kind that are fitted: of more, those that promise less hardly ever win
+NEAR = 20  # iterations of a fit that begins near its optimum
+
+
+class Couple(NamedTuple):
+    """A fit, the law it is to get besides and with which parameters, and what that promises."""
+
+    leader: Fit
+    name: str
+    parameters: np.ndarray
+    gain: float  # in chi-square
+    objective: float  # after it
+
+    @property
+    def explanation(self) -> Explanation:
+        """Of both together."""
+        return tuple(sorted((*self.leader.explanation, self.name)))
+
+
+def couples(ground: Ground, effects: Sequence[str]) -> list[Couple]:
+    """The fit of a ground with each effect that it does not have, and what that promises to first order."""
+    leader = ground.fitted
+    promises = {name: ground.promise(name) for name in effects if name not in leader.explanation}
+    return [
+        Couple(leader, name, p.parameters, p.gain, leader.objective - 0.5 * p.gain)
+        for name, p in promises.items()
+    ]
+
+
+def fit_couples(
+    o: Observations, wanted: Iterable[Couple], iterations: int = ITERATIONS, near: bool = False
+) -> list[Fit]:
+    """The fits of couples; `near` as in `fit_more`."""
+    return in_parallel(
+        [partial(fit_more, o, c.leader, c.name, c.parameters, iterations, near) for c in wanted]
+    )
+
+
+def add(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
+    """The fit with one more law: those that promise most, and more than a law costs."""
+    worth = ground.fitted.objective - LEARNT.temperature * LEARNT.effect
+    wanted = _promising(couples(ground, effects), known, worth)
+    return fit_couples(ground.observations, wanted, NEAR, near=True)
+
+
+def drop(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
+    """The fit without each of its laws, or of its free curve."""
+    leader, done = ground.fitted, set(known)
+    tasks = [
+        partial(without, ground.observations, leader, name, NEAR)
+        for name in leader.explanation
+        if tuple(e for e in leader.explanation if e != name) not in done
+    ]
+    return in_parallel(tasks)
+
+
+def swap(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
+    """The fit with another law in place of one of its own: those that promise most."""
+    o, leader = ground.observations, ground.fitted
+    if len(leader.explanation) == 1:
+        return []  # every law is fitted alone
+    rests = in_parallel([partial(without, o, leader, name, 0) for name in leader.explanation])
+    found = [c for rest in rests for c in couples(ground.beside(rest), effects)]
+    return fit_couples(o, _promising(found, known, np.inf), NEAR, near=True)
+
+
+Proposal = Callable[[Ground, Sequence[str], Iterable[Explanation]], list[Fit]]
+PROPOSALS: tuple[Proposal, ...] = (add, drop, swap)
+
+
+def without(o: Observations, fitted: Fit, name: str, iterations: int) -> Fit:
+    """A fit without one of its laws, carried on from where the others are."""
+    blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
+    rest = [effect for effect in fitted.explanation if effect != name]
+    shared = fitted.theta[len(fitted.physical) :]
+    theta = np.concatenate([fitted.theta[: len(RIG)], *(blocks[effect] for effect in rest), shared])
+    return fit(o, tuple(rest), theta, fitted.nuisance, warm=True, iterations=iterations)
+
+
+def _promising(found: Iterable[Couple], known: Iterable[Explanation], below: float) -> list[Couple]:
+    """The best of each explanation that is not known, of those that promise an objective below some value."""
+    wanted: dict[Explanation, Couple] = {}
+    done = set(known)
+    for couple in sorted(found, key=lambda c: c.objective):
+        if couple.objective < below and couple.explanation not in done and len(wanted) < PROMISING:
+            wanted.setdefault(couple.explanation, couple)
+    return list(wanted.values())

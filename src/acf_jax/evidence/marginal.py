@@ -1,0 +1,71 @@
+"""How probable the data are under an explanation, whatever its parameters: the marginal likelihood, by Laplace.
+
+With all parameters in units of their priors, log Z = -J - 1/2 log det H - 1/2 sum log det K_i: J the objective at its
+optimum, H its curvature in the parameters, K_i that in the nuisances of trial i (MacKay, 'Information Theory,
+Inference, and Learning Algorithms', 2003, ch. 28). A strength has no scale of its own: an effect is as likely to be of
+any size, on a logarithmic scale, from what can just be told to the largest. The average over sizes is taken in closed
+form.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import gammaln, logsumexp
+
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.linear import normal_equations
+from acf_jax.inference.parameters import RIG, Explanation, every_effect
+
+SIZES = np.geomspace(2.0, 600.0, 200)  # whitened distances that an effect is as likely to have
+
+
+class Marginal(NamedTuple):
+    """The evidence of one explanation beside one size of the discrepancy."""
+
+    explanation: Explanation
+    discrepancy: float  # size, of the force
+    objective: float
+    log_occam: float  # log Z + objective
+
+    @property
+    def log_z(self) -> float:
+        """Log marginal likelihood, up to a constant that all explanations share."""
+        return self.log_occam - self.objective
+
+
+def marginal(fitted: Fit, discrepancy: float = 0.0) -> Marginal:
+    """The evidence of a fit."""
+    normal = normal_equations(fitted.linear, fitted.u, fitted.nuisance)
+    held, occam = np.zeros(len(fitted.u), bool), 0.0
+    at = len(RIG)
+    variance = np.linalg.inv(fitted.hessian)
+    for name in fitted.explanation:
+        effect = every_effect()[name]
+        strengths = at + np.flatnonzero([not p.shape for p in effect.parameters()])
+        at += len(effect.parameters())
+        acting = strengths[~fitted.at_bound[strengths]]
+        held[strengths] = fitted.at_bound[strengths]
+        occam += _of_size(fitted.u[acting], variance[np.ix_(acting, acting)])
+        occam -= np.log(2.0 ** len(strengths) - 1) + np.log(2.0) * effect.acts_either_way()
+    free = ~held
+    volume = (
+        np.linalg.slogdet(fitted.hessian[np.ix_(free, free)])[1]
+        - np.linalg.slogdet(normal.nuisance_inverse)[1].sum()
+    )
+    return Marginal(fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume))
+
+
+def _of_size(u: np.ndarray, variance: np.ndarray) -> float:
+    """What the prior of acting strengths u (k,) is worth in place of a standard normal one, in log.
+
+    Their sum r is log-uniform, their shares of it are uniform. `variance`: (k, k) of the strengths.
+    """
+    k, total = len(u), float(np.abs(u).sum())
+    if not k or total == 0:
+        return float(logsumexp(-0.5 * SIZES**2) - np.log(len(SIZES)))  # it is not there
+    sign = np.sign(u)
+    std = float(np.sqrt(sign @ variance @ sign))
+    distance = total / std
+    size = logsumexp(-0.5 * (np.minimum(SIZES[-1], distance) - SIZES) ** 2) - np.log(len(SIZES)) - np.log(std)
+    shares = (k - 1) * (0.5 * np.log(2 * np.pi) - np.log(total)) + gammaln(k)
+    return float(size + shares + 0.5 * (u**2).sum())

@@ -1,0 +1,56 @@
+"""Model discrepancy: what laws whose form is a little wrong, and effects too small to be told, add to the force.
+
+No form is exact, and every rig has small effects beside its large ones. What they do to the force is not known, but how
+large it is, and how fast: a share of the force, slow beside the noise except right after contact, where everything has
+only begun. Half of its variance is the same share of the force in all trials, since a law is wrong in one way; the
+other half differs between conditions. As a Gaussian process it is noise of its own kind, beside which a law has to
+explain more than that to be named (Kennedy and O'Hagan, 'Bayesian calibration of computer models', J. R. Stat. Soc. B
+63, 2001).
+"""
+
+import numpy as np
+
+from acf_jax.inference.observations import Discrepancy, Observations
+
+SIZES = (0.003, 0.01)  # shares of the force: two of a quadrature over what rigs have
+FASTEST = (
+    2.0  # times the frequency of the mass on the contact: faster ones are rings, but for the first moments
+)
+SHARED = 0.5  # of the variance, in all trials alike: nothing is known of it
+MOST = 32  # waves, which bounds the time that long traces take
+
+
+def discrepancy(observations: Observations, size: float) -> Discrepancy:
+    """The waves of each trial and those of all, which together are as large as the share `size` of the force.
+
+    Repeats share the waves of their condition; drawn anew in each of r repeats, and the root of r larger, they leave
+    the mean of the repeats the same.
+    """
+    o = observations
+    period = 1 / o.measures.frequency
+    end = max(float(o.time[o.used].max()), period)  # of peaks alone there is no time
+    count = int(np.clip(np.ceil(_turns(o, end)), 1, MOST))
+    _, condition, repeats = np.unique(o.condition, return_inverse=True, return_counts=True)
+    phase = np.pi * np.arange(count)[:, None] * (_turns(o, o.time) / _turns(o, end))[:, None]
+    envelope = np.array([_envelope(o, i, period / 2) for i in range(len(o.names))])
+    waves = size * np.sqrt(2 / count) * np.cos(phase) * (envelope * o.traced)[:, None]
+    own = np.sqrt((1 - SHARED) * repeats[condition])[:, None, None]
+    return Discrepancy(own * waves, np.sqrt(SHARED) * waves)
+
+
+def _turns(o: Observations, time: np.ndarray | float) -> np.ndarray:
+    """How often the fastest wave has changed its sign, s after first contact.
+
+    Besides up to `FASTEST`, once in each factor of e of the time, from the first sample on: what has lasted for a time
+    may have changed within it, and not faster.
+    """
+    interval = np.median(o.intervals) if o.intervals.size else np.inf
+    since = np.maximum(time, 0.0)
+    return np.asarray(2 * FASTEST * o.measures.frequency * since + np.log1p(since / interval))
+
+
+def _envelope(o: Observations, i: int, window: float) -> np.ndarray:
+    """(n,) N, the RMS force of a trial over a window of time, s, about each sample."""
+    steps = int(np.clip(window / max(o.interval[i], 1e-9), 1, o.force.shape[1]))
+    square = np.where(o.used[i], o.force[i], 0.0) ** 2
+    return np.sqrt(np.convolve(square, np.full(steps, 1 / steps), "same"))

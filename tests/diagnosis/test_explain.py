@@ -1,0 +1,103 @@
+"""Laws in any number: what proposals add, drop and swap."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from acf_jax.diagnosis.candidates import fit_nominal
+from acf_jax.diagnosis.explain import _Weighed, explain
+from acf_jax.diagnosis.proposals import add, drop, swap
+from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.posterior import posterior
+from acf_jax.inference.baseline import Ground
+from acf_jax.inference.discrepancy import SIZES
+from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.observations import Observations
+from acf_jax.inference.parameters import Explanation, begin
+from tests.few import few_explanations
+from tests.imagined import RIG, imagined
+
+LAWS = ("gravity", "sensor_scale")
+KEPT = ("gravity", "pad_relaxation", "sensor_scale")
+
+
+@pytest.fixture(scope="module")
+def two() -> Observations:
+    """Trials of a rig with two laws, in noise."""
+    o = imagined(LAWS, (12.0, 0.04))
+    noise = o.noise.std * np.random.default_rng(2).standard_normal(o.force.shape)
+    return replace(o, force=np.where(o.used, o.force + noise, 0.0))
+
+
+@pytest.fixture(scope="module")
+def alone(two: Observations) -> list[Fit]:
+    """The recalibrated model, and each of three laws alone."""
+    singles = {"gravity": [6.0], "sensor_scale": [0.02], "pad_relaxation": [0.2, 0.2, 5e-3]}
+    return [fit_nominal(two), *(fit(two, (name,), begin(RIG.values, x)) for name, x in singles.items())]
+
+
+def test_what_laws_alone_leave_is_found_by_adding_one(two: Observations, alone: list[Fit]) -> None:
+    with few_explanations(KEPT, ()):
+        fits, evidence = explain(two, alone, KEPT)
+    assert [f.explanation for f in fits[:4]] == [f.explanation for f in alone]
+    scored = posterior(evidence).scored
+    assert scored[0].explanation == LAWS and scored[0].probability > 0.9
+    best = next(f for f in fits if f.explanation == LAWS)
+    assert best.physical[-2:] == pytest.approx([12.0, 0.04], rel=0.2)
+
+    def sizes(explanation: Explanation) -> set[float]:
+        return {m.discrepancy for m in evidence if m.explanation == explanation}
+
+    assert sizes(LAWS) == {0.0, *SIZES}
+    assert sizes(()) == {0.0, max(SIZES)}  # it is hopeless
+
+
+def _leaders(log_z: dict[Explanation, float]) -> list[Explanation]:
+    marginals = [Marginal(e, 0.0, -z, 0.0) for e, z in log_z.items()]
+    weighed = SimpleNamespace(plain=log_z, marginals=marginals)
+    return [m.explanation for m in _Weighed.leaders(cast(_Weighed, weighed))]
+
+
+def test_laws_are_added_to_though_a_free_curve_is_far_ahead() -> None:
+    curve = ("unknown_robot",)
+    ahead: dict[Explanation, float] = {
+        (): -5000.0,
+        ("gravity",): -900.0,
+        ("sensor_lag",): -4000.0,
+        curve: -400.0,
+    }
+    assert _leaders(ahead) == [("gravity",), curve]
+    assert _leaders(ahead | {curve: -4000.0}) == [("gravity",)]
+
+
+def test_laws_that_explain_as_well_as_others_are_added_to_as_well() -> None:
+    """But not those of the leader with one more, which is added anyway."""
+    pair, other = ("gravity", "sensor_lag"), ("coulomb_friction", "sensor_lag")
+    near: dict[Explanation, float] = {
+        (): -5000.0,
+        pair: -400.0,
+        (*pair, "sensor_scale"): -402.0,
+        other: -404.0,
+    }
+    assert _leaders(near) == [pair, other]
+    assert _leaders(near | {other: -900.0}) == [pair]
+
+
+def test_each_proposal_changes_one_law(two: Observations, alone: list[Fit]) -> None:
+    _, gravity, scale, _ = alone
+    (pair, *_) = add(Ground.of(two, gravity), KEPT, ())
+    assert pair.explanation == LAWS and pair.objective < min(gravity.objective, scale.objective)
+    assert {f.explanation for f in drop(Ground.of(two, pair), KEPT, ())} == {("gravity",), ("sensor_scale",)}
+    (kept,) = drop(Ground.of(two, pair), KEPT, [("gravity",)])
+    assert kept.explanation == ("sensor_scale",) and kept.objective <= scale.objective + 0.1
+    swapped = {f.explanation for f in swap(Ground.of(two, pair), KEPT, [LAWS])}
+    assert swapped == {("gravity", "pad_relaxation"), ("pad_relaxation", "sensor_scale")}
+    assert swap(Ground.of(two, gravity), KEPT, ()) == []  # every law is fitted alone
+
+
+def test_a_law_that_promises_less_than_it_costs_is_not_added(two: Observations, alone: list[Fit]) -> None:
+    pair = add(Ground.of(two, alone[1]), KEPT, ())[0]
+    assert add(Ground.of(two, pair), KEPT, ()) == []

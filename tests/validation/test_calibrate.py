@@ -1,0 +1,44 @@
+"""Learning the numbers of the posterior from scored data sets."""
+
+import numpy as np
+import pytest
+
+from acf_jax.evidence.learnt import LEARNT
+from acf_jax.evidence.marginal import Marginal
+from validation.calibrate import ENDS, HOLD, Case, learn, spread_elsewhere
+
+FRICTION, GRAVITY = ("coulomb_friction",), ("gravity",)
+
+
+def case(left: float, stated: tuple[float, float, float]) -> Case:
+    """A set whose corrected model leaves `left`, as logarithms; `stated`: middle, most and least left."""
+    return Case("set", "single", [], frozenset({FRICTION}), stated, left)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_spread_elsewhere_makes_an_interval_reach_the_truth_on_its_own_side(side: int) -> None:
+    """The interval has the width of `LEARNT.elsewhere` alone on the side of the truth, and none on the other."""
+    reach = ENDS * LEARNT.elsewhere
+    stated = (-1.0, -1.0, -1.0 - reach) if side < 0 else (-1.0, -1.0 + reach, -1.0)
+    found = spread_elsewhere([case(-1.0 + side * ENDS * 0.7, stated)])
+    assert found == pytest.approx(0.7)
+
+
+def test_nothing_is_added_where_every_truth_is_in_the_middle() -> None:
+    wide = ENDS * (LEARNT.elsewhere + 0.1)
+    assert spread_elsewhere([case(-1.0, (-1.0, -1.0 + wide, -1.0 - wide))] * 5) == 0.0
+
+
+def test_evidence_that_is_surer_than_right_is_divided_by_more() -> None:
+    """Five of six sets point to friction by 12, one as much to gravity, of which friction is the truth as well."""
+
+    def of(behind: float) -> Case:
+        evidence = [
+            Marginal(FRICTION, 0.0, max(behind, 0.0), 0.0),
+            Marginal(GRAVITY, 0.0, max(-behind, 0.0), 0.0),
+        ]
+        return Case("set", "single", evidence, frozenset({FRICTION}), None, 0.0)
+
+    right, fallible = learn([of(-12.0)] * 6), learn([of(-12.0)] * 5 + [of(12.0)])
+    assert fallible.temperature > 1.5 * right.temperature
+    assert 0 < HOLD < 1 and np.all(np.array(fallible) > 0)

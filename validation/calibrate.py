@@ -1,0 +1,175 @@
+"""Learn the numbers of the posterior on a blind run, and say how well it then does on sets that it has not seen.
+
+    python -m acf_jax blind --out RUN --seed 7201 --cases 120
+    python -m validation.calibrate RUN [RUN ...]
+
+maximises the log probability of the truth over `Learnt`, finds the spread elsewhere with which 95 % of the stated
+shrinkages hold, and writes src/acf_jax/evidence/calibration.json. The run has to be diagnosed with the numbers that
+stand there. With `--no-write` it only says what comes out. What it prints of each kind of rig is cross-validated: each
+sixth of the sets by numbers learnt on the others.
+"""
+
+import argparse
+import json
+import subprocess
+from collections import Counter
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+
+from acf_jax.errors import InputError
+from acf_jax.evidence.learnt import CALIBRATION, LEARNT, Learnt
+from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.posterior import UNKNOWN, posterior
+from acf_jax.files import read_json_mapping, write_text
+from acf_jax.inference.parameters import Explanation
+
+BEGIN = Learnt(temperature=2.0, effect=2.0, free_curve=2.0, elsewhere=0.3)
+WIDTH = 1.5  # standard deviation of the prior of each about it, of its logarithm
+LEAST = 1e-3  # probability of the truth below which a set counts no more: it may never have been fitted
+HOLD = 0.95  # share of the stated shrinkages that shall hold
+ENDS = 1.96  # standard deviations from the middle of a stated interval to its ends
+FOLDS = 6
+FILE = Path(__file__).parents[1] / "src" / "acf_jax" / "evidence" / CALIBRATION
+
+
+class Case(NamedTuple):
+    """A data set: its evidence, and the explanations that count as the truth."""
+
+    name: str
+    kind: str  # "none", "single", "pair", "unknown" or "lifelike"
+    evidence: Sequence[Marginal]
+    right: frozenset[Explanation]
+    stated: tuple[float, float, float] | None  # shrinkage and its interval, in log of what is left
+    left: float  # log of what is left in truth
+
+
+def read_cases(run: Path) -> list[Case]:
+    """The cases of a blind run that is scored."""
+    again = f"finish `python -m acf_jax blind --out {run}` first"
+    rows = read_json_mapping(run / "results" / "score.json", again)["rows"]
+    told = [row for row in rows if "error" not in row]
+    return [
+        _case(row, read_json_mapping(run / "results" / row["set"] / "diagnosis.json", again)) for row in told
+    ]
+
+
+def _case(row: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
+    evidence = [
+        Marginal(tuple(m["effects"]), m["discrepancy"], m["objective"], m["log_occam"])
+        for m in diagnosis["evidence"]
+    ]
+    truth = tuple(row["truth"])
+    # of a lifelike rig small effects may be named as well
+    small = [] if truth == UNKNOWN else row["background"]
+    right = {tuple(sorted(truth + some)) for n in range(len(small) + 1) for some in combinations(small, n)}
+    if truth == UNKNOWN:
+        right |= {(name,) for name in row["neighbours"]}
+    kind = "unknown" if truth == UNKNOWN and row["kind"] != "lifelike" else row["kind"]
+    claim, remains = row["shrinkage"], row.get("ratio")
+    stated = claim and tuple(_log_left(x) for x in (claim["value"], *claim["ci95"]))
+    return Case(
+        row["set"], kind, evidence, frozenset(right), stated if remains else None, np.log(remains or 1.0)
+    )
+
+
+def _log_left(shrinkage: float) -> float:
+    return float(np.log(max(1 - shrinkage, 1e-6)))
+
+
+def log_loss(case: Case, learnt: Learnt) -> float:
+    """Minus the log probability of the truth."""
+    p = sum(s.probability for s in posterior(case.evidence, learnt).scored if s.explanation in case.right)
+    return float(-np.log(max(p, LEAST)))
+
+
+def learn(cases: Sequence[Case]) -> Learnt:
+    """The numbers that make the truth of these cases most probable, under a wide prior, and the spread elsewhere."""
+    begin = np.log(BEGIN[:-1])
+    spread = spread_elsewhere(cases)
+
+    def learnt(u: np.ndarray) -> Learnt:
+        return Learnt._make([*np.exp(u).tolist(), spread])
+
+    def loss(u: np.ndarray) -> float:
+        return sum(log_loss(c, learnt(u)) for c in cases) + 0.5 * float((((u - begin) / WIDTH) ** 2).sum())
+
+    found = minimize(
+        loss, begin, method="Nelder-Mead", options={"maxiter": 900, "xatol": 0.02, "fatol": 0.02}
+    )
+    return learnt(found.x)
+
+
+def spread_elsewhere(cases: Sequence[Case]) -> float:
+    """With which spread elsewhere the stated shrinkages of these cases would have held, in quadrature."""
+    needed = []
+    for case in cases:
+        if case.stated:
+            value, high, low = case.stated
+            end = low if case.left < value else high
+            own = ((end - value) / ENDS) ** 2 - LEARNT.elsewhere**2
+            needed.append(((case.left - value) / ENDS) ** 2 - own)
+    return float(np.sqrt(max(np.quantile(needed, HOLD), 0.0))) if needed else BEGIN.elsewhere
+
+
+def cross_validated(cases: Sequence[Case]) -> list[Learnt]:
+    """For each case the numbers learnt without its sixth of all cases."""
+    fold = np.random.default_rng(0).permutation(len(cases)) % FOLDS
+    of_fold = [learn([c for c, f in zip(cases, fold, strict=True) if f != k]) for k in range(FOLDS)]
+    return [of_fold[k] for k in fold]
+
+
+def report(cases: Sequence[Case], learnt: Sequence[Learnt]) -> str:
+    """Accuracy, surely wrong answers and log loss of each kind."""
+    total, right, wrong = Counter[str](), Counter[str](), Counter[str]()
+    lost: dict[str, list[float]] = {}
+    for case, numbers in zip(cases, learnt, strict=True):
+        first = posterior(case.evidence, numbers).scored[0]
+        is_right = first.explanation in case.right
+        total[case.kind] += 1
+        right[case.kind] += is_right
+        wrong[case.kind] += not is_right and first.probability > 0.9
+        lost.setdefault(case.kind, []).append(log_loss(case, numbers))
+    lines = [
+        f"{kind:9} right {right[kind]} of {n}, wrong above 90 %: {wrong[kind]}, log loss {np.mean(lost[kind]):.3f}"
+        for kind, n in sorted(total.items())
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Read the runs, learn, print, write."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("runs", nargs="+", type=Path)
+    parser.add_argument("--no-write", action="store_true")
+    chosen = parser.parse_args()
+    try:
+        cases = [case for run in chosen.runs for case in read_cases(run)]
+        started = [read_json_mapping(run / "sets" / "run.json", "name a run's folder") for run in chosen.runs]
+    except InputError as error:
+        raise SystemExit(f"error: {error}") from None
+    print(f"present numbers\n{report(cases, [LEARNT] * len(cases))}")
+    print(f"learnt, cross-validated\n{report(cases, cross_validated(cases))}")
+    learnt = learn(cases)
+    content = {
+        "learnt": {name: float(f"{value:.3g}") for name, value in learnt._asdict().items()},
+        "command": "python -m acf_jax blind --out RUN --seed SEED --cases CASES; python -m validation.calibrate RUN",
+        "runs": [{"seed": s["seed"], "cases": s["cases"]} for s in started],
+        "commit": subprocess.run(
+            ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True
+        ).stdout.strip(),
+    }
+    text = json.dumps(content, indent=1) + "\n"
+    print(text)
+    if not chosen.no_write:
+        write_text(FILE, text)
+
+
+if __name__ == "__main__":
+    main()
