@@ -1,0 +1,1 @@
+"""What `import acf_jax` offers: thin functions and classes over the library, each with checks, text and pictures."""
