@@ -13,10 +13,10 @@ import yaml
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import draw_forces
 from acf_jax.contact.read import of_rig
-from acf_jax.design.config import read_config
-from acf_jax.design.landscape import landscape
-from acf_jax.design.solve import Design, design
-from acf_jax.design.task import make_task
+from acf_jax.designs.config import read_config
+from acf_jax.designs.landscape import landscape
+from acf_jax.designs.solve import Design, design
+from acf_jax.designs.task import make_task
 
 HERE = Path(__file__).parent
 CONFIG = HERE.parents[1] / "configs/design.yaml"
