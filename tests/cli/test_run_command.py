@@ -56,7 +56,10 @@ def test_from_a_recording_to_speeds_and_a_contact(run, tmp_path):
     assert code == 1 and not error  # the contact is not allowed
     page = (out / "index.html").read_text()
     head, sections = page.split("<main", 1)
-    assert "Identified: </span>end stop" in head and "On the machine: end stop: " in head
+    assert (
+        "Identified: </span>end stop" in head
+        and "On the machine: move the working point off the stop" in head
+    )
     for link in ("data/import.html", "diagnosis/report.html"):
         assert f'href="{link}"' in sections and (out / link).is_file()
     assert (

@@ -33,7 +33,7 @@ from acf_jax.report.quality import _range
 from acf_jax.report.summary import consequence
 from acf_jax.report.traces import overlay
 from acf_jax.report.where import gap_map
-from acf_jax.report.words import VERDICTS, headed, listed, percent, si, verdict
+from acf_jax.report.words import VERDICTS, advice, headed, listed, percent, si, verdict
 
 
 class Page(HTMLParser):
@@ -146,6 +146,21 @@ def test_a_class_that_the_trials_cannot_split_is_named_whole(diagnosed: Diagnosi
         "Identified: dry friction (71 %) or constant force on the flange (gravity) (28 %), which these trials cannot"
         " tell apart, at the actuator."
     )
+
+
+def test_advice_is_of_the_first_explanation_and_says_whether_others_remain(
+    diagnosed: Diagnosis, unknown: Diagnosis
+) -> None:
+    scored = (Scored(("coulomb_friction", "sensor_lag"), 0.97), Scored((), 0.03))
+    sure = replace(diagnosed, verdict="identified", scored=scored, credible=(scored[0].explanation,))
+    assert advice(sure) == (
+        "On the machine: clean and lubricate the guide, and check the seals and the alignment of the flange (dry"
+        " friction); raise the cut-off frequency of the sensor's filter (sensor lag)."
+    )
+    both = replace(sure, verdict="ambiguous", credible=(scored[0].explanation, ()))
+    assert advice(both).startswith("On the machine, if it is the first of these: clean and")
+    assert advice(unknown) == "" and advice(replace(sure, verdict="insufficient_data")) == ""
+    assert advice(replace(sure, verdict="no_gap", scored=scored[1:], credible=((),))) == ""
 
 
 def test_intervals_of_parameters_are_those_of_the_stated_deviations(diagnosed: Diagnosis) -> None:

@@ -86,9 +86,7 @@ class AbstractEffect(eqx.Module):
 
     component: ClassVar[Component]
     title: ClassVar[str]
-    remedy: ClassVar[str] = (
-        ""  # what to do about it on the machine, to go on `title: ...`; a free curve has none
-    )
+    remedy: ClassVar[str] = ""  # what to do about it on the machine, an imperative; a free curve has none
     delays: ClassVar[bool] = False  # what it does to the reading is much like a delay
     longest_step: ClassVar[float] = float("inf")  # s, of a simulation that resolves its own dynamics
     n_state: ClassVar[int] = 0

@@ -191,8 +191,8 @@ def advice(diagnosis: Diagnosis) -> str:
     named = d.scored[0].explanation
     if d.verdict not in ("identified", "ambiguous") or not named or named == UNKNOWN:
         return ""
-    first = "On the machine: " if d.verdict == "identified" else "On the machine, if it is so: "
-    return first + "; ".join(f"{name_of((name,))}: {every_effect()[name].remedy}" for name in named) + "."
+    first = "On the machine: " if len(d.credible) == 1 else "On the machine, if it is the first of these: "
+    return first + "; ".join(f"{every_effect()[name].remedy} ({name_of((name,))})" for name in named) + "."
 
 
 def told(diagnosis: Diagnosis) -> str:
