@@ -3,7 +3,10 @@
 import difflib
 import re
 import reprlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+Result = TypeVar("Result")
 
 
 class InputError(ValueError):
@@ -22,6 +25,15 @@ class InputError(ValueError):
 
 class TooLittleData(InputError):
     """The data behind a model do not carry an answer; the command line prints what is missing and exits with code 1."""
+
+
+def collected(faults: list[str], read: Callable[[], Result]) -> Result | None:
+    """What `read` returns; None where the input has faults, which are added to `faults`."""
+    try:
+        return read()
+    except InputError as error:
+        faults += error.faults
+        return None
 
 
 _MOST = 100  # faults of an input that are listed

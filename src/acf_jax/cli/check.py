@@ -8,7 +8,7 @@ from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import counted
 from acf_jax.cli._stop import OPTIONS, ending_options, make_ending
 from acf_jax.contact.model_file import HELP, ModelFile
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, collected
 
 EXAMPLES = """
 \b
@@ -90,16 +90,9 @@ def command(
         faults.append(
             f"--confidence must lie between {CONFIDENCE[0]} and {CONFIDENCE[1]}, but is {confidence!r}"
         )
-    file = limits = None
     asked: tuple[Situation, ...] = ()
-    try:
-        file = ModelFile(model_file)
-    except InputError as error:
-        faults += error.faults
-    try:
-        limits = read_limits(limits_file)
-    except InputError as error:
-        faults += error.faults
+    file = collected(faults, lambda: ModelFile(model_file))
+    limits = collected(faults, lambda: read_limits(limits_file))
     one = dict(zip(NEEDED, (body_area, contact, v_e, f_p), strict=True))
     told = {"stop_after": stop_after, "travel": travel, "reaction": reaction, "deceleration": deceleration}
     if situations is not None:
@@ -111,10 +104,7 @@ def command(
         if out is None and not as_json:
             faults.append("--out is missing; name a CSV file for the verdicts, or give --json")
         if limits is not None:
-            try:
-                asked = read_situations(situations, limits)
-            except InputError as error:
-                faults += error.faults
+            asked = collected(faults, lambda: read_situations(situations, limits)) or ()
     else:
         faults += [
             f"{name} is missing; give it, or a table by --situations" for name, x in one.items() if x is None

@@ -11,7 +11,7 @@ import click
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import counts
 from acf_jax.cli._signals import signal_options
-from acf_jax.cli._stale import traces_of
+from acf_jax.cli._stale import CUTS, REFUSED, foreign, traces_of
 
 if TYPE_CHECKING:
     from acf_jax.recording import Impacts
@@ -23,7 +23,6 @@ Examples:
   python -m acf_jax import session.mcap --out my_rig --rig rig.yaml --pretension 60 --review cuts.yaml
   python -m acf_jax import log.csv --out my_rig --force "-1*Fz" --velocity "0.001*v_mm_s" --pretension preload
 """
-PAGE, REFUSED = "import.html", "import_refused.html"
 
 
 @click.command(epilog=EXAMPLES)
@@ -65,7 +64,7 @@ def command(
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: is a file; name a folder")
     impacts, described = _import(recording, out, other, rig, mapping, review, signals)
-    page = out / PAGE
+    page = out / CUTS
     if impacts.faults:
         page, impacts = _leave(impacts, out, review)
     if as_json:
@@ -103,7 +102,7 @@ def _import(
     signals: dict[str, Any],
 ) -> tuple["Impacts", bool]:
     """Read, cut, write unless the impacts have faults; the impacts, and whether the rig is described."""
-    from acf_jax.errors import InputError
+    from acf_jax.errors import InputError, collected
     from acf_jax.files import write_text
     from acf_jax.folders import recover, whole_folder
     from acf_jax.recording import Refused, find_impacts, read_mapping, read_session
@@ -113,22 +112,14 @@ def _import(
     from acf_jax.recording.write import review_of, write_impacts
 
     recover(out)
-    faults: list[str] = []
-    known, chosen = None, None
+    faults = foreign(out, out)
+    known = None
     earlier = out / "dataset.yaml"
-    if (out / "trials.csv").exists() and not (out / PAGE).exists():
-        faults.append(f"--out {out}: holds a data set that no import wrote; name another folder")
-    try:
-        if rig is not None:
-            known = read_rig_file(rig)
-        elif not faults and earlier.exists():
-            known = earlier_rig(earlier)
-    except InputError as error:
-        faults += error.faults
-    try:
-        chosen = read_mapping(mapping, signals)
-    except InputError as error:
-        faults += error.faults
+    if rig is not None:
+        known = collected(faults, lambda: read_rig_file(rig))
+    elif not faults and earlier.exists():
+        known = collected(faults, lambda: earlier_rig(earlier))
+    chosen = collected(faults, lambda: read_mapping(mapping, signals))
     if faults or chosen is None:
         raise InputError(faults)
     with counts() as count:
@@ -142,7 +133,7 @@ def _import(
             raise Refused(replace(impacts, faults=tuple(wrong)))
         with whole_folder(out, [*traces_of(out / "trials.csv", "contact_s"), REFUSED]) as folder:
             write_impacts(folder, impacts, known)
-            write_text(folder / PAGE, import_page(impacts, str(review) if review else None, str(out)))
+            write_text(folder / CUTS, import_page(impacts, str(review) if review else None, str(out)))
             if review is not None and decided is None:
                 write_text(review, review_of(impacts))  # where that fails no data set is written
     except Refused as refusal:
@@ -157,7 +148,7 @@ def _leave(impacts: "Impacts", out: Path, review: Path | None) -> tuple[Path, "I
     from acf_jax.recording.page import import_page
     from acf_jax.recording.write import review_of
 
-    page = out / (REFUSED if (out / "trials.csv").exists() else PAGE)  # an earlier data set keeps its own
+    page = out / (REFUSED if (out / "trials.csv").exists() else CUTS)  # an earlier data set keeps its own
     try:
         write_text(page, import_page(impacts, str(review) if review else None, str(out)))
         if review is not None and not review.exists() and impacts.cuts:

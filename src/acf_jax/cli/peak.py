@@ -9,7 +9,7 @@ import click
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._rig import collect_rig, option
 from acf_jax.contact.model_file import ModelFile
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, collected
 
 EXAMPLES = """
 \b
@@ -59,12 +59,9 @@ def command(
                 if value is not None
             ],
         )
-        try:
-            file = ModelFile(model_file)
-            if not file.is_diagnosis:
-                faults.append(f"--model {model_file}: is a rig; give it by --rig")
-        except InputError as error:
-            faults += error.faults
+        file = collected(faults, lambda: ModelFile(model_file))
+        if file and not file.is_diagnosis:
+            faults.append(f"--model {model_file}: is a rig; give it by --rig")
     from acf_jax.dataset.units import value_fault
 
     faults += [fault for v in v_e if (fault := value_fault("v_e", v, option("v_e")))]

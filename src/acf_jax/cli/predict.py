@@ -63,8 +63,8 @@ def command(
 
     Writes OUT/predictions.csv and OUT/traces/<trial>.csv.
     """
-    from acf_jax.dataset import Trial, read_conditions
-    from acf_jax.errors import InputError
+    from acf_jax.dataset import read_conditions
+    from acf_jax.errors import InputError, collected
 
     faults = []
     if sample_rate is not None and not 100 <= sample_rate <= 1e6:
@@ -73,12 +73,8 @@ def command(
         faults.append(f"--out {out}: is a file; name a folder")
     elif (out / "trials.csv").exists():
         faults.append(f"--out {out}: holds a data set, whose traces have these names; name another folder")
-    trials: tuple[Trial, ...] = ()
-    try:
-        trials = read_conditions(conditions)
-    except InputError as error:
-        faults += error.faults
-    if faults:
+    trials = collected(faults, lambda: read_conditions(conditions))
+    if faults or trials is None:
         raise InputError(faults)
 
     from acf_jax.start import start_jax

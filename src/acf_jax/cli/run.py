@@ -10,9 +10,9 @@ import click
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._progress import counted, counts, stages
 from acf_jax.cli._signals import signal_options
-from acf_jax.cli._stale import traces_of
+from acf_jax.cli._stale import CUTS, REFUSED, foreign, traces_of
 from acf_jax.cli._stop import OPTIONS, ending_options, make_ending
-from acf_jax.errors import InputError, TooLittleData
+from acf_jax.errors import InputError, TooLittleData, collected
 
 if TYPE_CHECKING:
     from acf_jax.contact.ending import Ending
@@ -33,7 +33,6 @@ Examples:
   python -m acf_jax run session.mcap --rig rig.yaml --limit 140 --out result --area palm --stop-after 0.05
 """
 DATA, DIAGNOSIS, PAGE = "data", "diagnosis", "index.html"  # in the run's folder
-CUTS, REFUSED = "import.html", "import_refused.html"  # of an import, in `data`
 LEVELS = 4  # pretensions that are asked for at most
 
 
@@ -128,28 +127,20 @@ def _asked(
     faults = list(filter(None, [value_fault("limit", limit, "--limit")]))
     if out.exists() and not out.is_dir():
         faults.append(f"--out {out}: is a file; name a folder")
-    if (out / DATA / "trials.csv").exists() and not (out / DATA / CUTS).exists():
-        faults.append(f"--out {out}: holds a data set that no import wrote; name another folder")
+    faults += foreign(out / DATA, out)
     ending, wrong = make_ending(**told)
     faults += wrong
     if area is None:
         alone = [OPTIONS[name] for name, value in told.items() if value is not None]
         faults += [f"{name} belongs to --area; name the area, or remove it" for name in alone]
-    known = chosen = None
     limits = read_limits()
     areas: tuple[BodyArea, ...] = ()
     try:
         areas = limits.find(area) if area is not None else ()
     except InputError as error:
         faults += [fault.replace("body area", "--area", 1) for fault in error.faults]
-    try:
-        known = read_rig_file(rig)
-    except InputError as error:
-        faults += error.faults
-    try:
-        chosen = read_mapping(mapping, signals)
-    except InputError as error:
-        faults += error.faults
+    known = collected(faults, lambda: read_rig_file(rig))
+    chosen = collected(faults, lambda: read_mapping(mapping, signals))
     if faults or known is None or chosen is None:
         raise InputError(faults)
     return _Asked(limit, limits, areas, ending), known, chosen

@@ -9,7 +9,7 @@ from acf_jax.cli._progress import counted
 from acf_jax.cli._rig import option
 from acf_jax.cli._stop import ending_options, make_ending
 from acf_jax.contact.model_file import HELP, ModelFile
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, collected
 
 EXAMPLES = """
 \b
@@ -65,11 +65,7 @@ def command(
     ending, faults = make_ending(
         stop_after=stop_after, travel=travel, reaction=reaction, deceleration=deceleration
     )
-    file = None
-    try:
-        file = ModelFile(model_file)
-    except InputError as error:
-        faults += error.faults
+    file = collected(faults, lambda: ModelFile(model_file))
     asked = Asked(f_p, limit, ending, probability, draws, up_to)
     faults = asked_faults(asked, option) + faults
     if faults or file is None:

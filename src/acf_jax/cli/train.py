@@ -6,7 +6,7 @@ import click
 
 from acf_jax.cli._seed import SEED
 from acf_jax.contact.model_file import ModelFile
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, collected
 
 EXAMPLES = """
 \b
@@ -63,15 +63,11 @@ def command(
     if out.exists() and not out.is_dir():
         faults.append(f"--out {out}: is a file; name a folder")
     spans = {name: span for text in ranges if (found := _span(text, faults)) for name, span in [found]}
-    file = None
-    try:
-        file = ModelFile(diagnosis)
-        if not file.is_diagnosis or file.is_trained:
-            faults.append(
-                f"{diagnosis}: is no diagnosis; name the folder that `diagnose` wrote, or its model.json"
-            )
-    except InputError as error:
-        faults += error.faults
+    file = collected(faults, lambda: ModelFile(diagnosis))
+    if file and (not file.is_diagnosis or file.is_trained):
+        faults.append(
+            f"{diagnosis}: is no diagnosis; name the folder that `diagnose` wrote, or its model.json"
+        )
     if faults or file is None:
         raise InputError(faults)
     from acf_jax.start import start_jax

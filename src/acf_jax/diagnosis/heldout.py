@@ -175,9 +175,3 @@ class CrossValidation:
                 self.observations, fitted, self.measured_peak, self.scattered
             )
         return self.known[fitted.explanation]
-
-    @property
-    def is_gap_clear(self) -> bool:
-        """Whether the recalibrated model misses by more than what no model could predict."""
-        held, used = self.of(self.recalibrated), self.observations.traced
-        return bool((held.residual[used] ** 2).mean() > 2 * held.floor[used].mean())
