@@ -1,14 +1,25 @@
 """What a user should know of the data before the fit, in plain words."""
 
 from collections import Counter
+from typing import NamedTuple
 
 from acf_jax.dataset.look import CUT_OFF, TrialQuality
 from acf_jax.dataset.mend import Mended
 from acf_jax.dataset.noise import Approach, Noise, approach_samples
 from acf_jax.dataset.phase import NEGATIVE, ImpactPhase
 from acf_jax.dataset.trials import GapDataset
+from acf_jax.dataset.trust import SATURATION
 
 FARTHEST = 8.0  # standard deviations that peaks of one condition may lie apart
+DAMAGE = "damaged trials"
+
+
+class Damage(NamedTuple):
+    """What is wrong with some trials."""
+
+    word: str  # in a headline
+    line: str
+    trials: list[str]
 
 
 def stated_noise(stated: float | None, approach: Noise | None, least: float) -> list[str]:
@@ -67,29 +78,14 @@ def noise_warnings(dataset: GapDataset, noise: Noise, approach: Noise | None, st
 
 
 def trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise: Noise) -> list[str]:
-    """Of the trials: those left out, and what the sensor, the trigger and the impacts of the others show."""
-    warnings = [f"trial {name} is left out: {reason}" for name, reason in excluded.items()]
+    """Of the trials that are not left out: what the sensor, the trigger and the impacts show."""
+    warnings = []
     kept = [trial for trial in trials if trial.name not in excluded]
-    offsets = [trial.approach.offset for trial in kept if trial.approach]
-    if offsets and noise.samples:
-        alike = max(1.0, noise.samples_per_independent(1.0 / (kept[0].sample_rate or 1.0)))
-        if abs(noise.offset) > 4.0 * noise.std * (alike / noise.samples) ** 0.5 + 0.1 * noise.std:
-            warnings.append(
-                f"the sensor reads {noise.offset:+.3g} N before contact; zero it before each trial"
-            )
     drifting = [
         t.name for t in kept if t.approach and noise.is_white and _drifts(t.approach, t.phase, noise.std)
     ]
     if drifting:
         warnings.append(f"the sensor drifts before contact in {named(drifting)}; let it warm up")
-    whole = [(t, t.phase) for t in kept if t.phase and t.phase.cut_off is None and t.phase.height > 0]
-    missed = [(phase.missed_peak / phase.height, t) for t, phase in whole]
-    share, worst = max(missed, key=lambda pair: pair[0], default=(0.0, None))
-    if worst is not None and share > 0.02:
-        warnings.append(
-            f"at {worst.sample_rate:.0f} Hz the sampled peak may be up to {100 * share:.0f} % too low"
-            f" (trial {worst.name}); the force changes from sample to sample: judge by traces, sample faster"
-        )
     late = [
         t.name
         for t in kept
@@ -122,22 +118,23 @@ def damage(
     suspected: dict[str, str],
     shared: dict[str, str],
     noise: Noise,
-) -> dict[str, list[str]]:
-    """What is wrong with trials that are compared all the same: a line each, and the trials that it is about.
+) -> list[Damage]:
+    """What is wrong with trials that are compared all the same.
 
     **Arguments:** `suspected`: trials that look faulty but are kept, with the reason; `shared`: those of which most
     repeats have the same trace.
     """
-    found = {}
+    found = []
     cut = {t.name: t.phase.cut_off for t in trials if t.phase and t.phase.cut_off and t.name not in excluded}
     if cut:
         low, high = min(cut.values()), max(cut.values())
         at = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"
         line = (
             f"the force is cut off at {at} in {len(cut)} of {len(trials)} trials ({named(list(cut))}): the sensor's"
-            " range ends there. These readings are not compared, and the peaks of these trials are unknown"
+            " range ends there. These readings are not compared, and the peaks of these trials are unknown:"
+            " use a sensor of a larger range, or touch more slowly"
         )
-        found[line] = list(cut)
+        found.append(Damage(SATURATION, line, list(cut)))
     # that a force is cut off has been said
     suspected = {
         name: why
@@ -150,19 +147,20 @@ def damage(
             f"{len(suspected)} of {len(trials)} trials look faulty, too many to leave out: all are kept"
             f" (for example {examples}); check sensor, cable and labels"
         )
-        found[line] = list(suspected)
+        found.append(Damage(DAMAGE, line, list(suspected)))
     if shared:
         names = list(shared)
-        found[
+        line = (
             f"{named(names)} agree with the repeats of their condition, but not with other conditions ({names[0]}:"
             f" {shared[names[0]]}): they may have gone beyond a limit, or their labels are wrong; kept"
-        ] = names
-    return found | _far_repeats(dataset, trials, excluded, noise)
+        )
+        found.append(Damage(DAMAGE, line, names))
+    return [*found, *_far_repeats(dataset, trials, excluded, noise)]
 
 
 def _far_repeats(
     dataset: GapDataset, trials: list[TrialQuality], excluded: dict[str, str], noise: Noise
-) -> dict[str, list[str]]:
+) -> list[Damage]:
     """Of trials of one condition whose peaks lie farther apart than their scatter and the noise let them."""
     scatter = dataset.measurement.contact_velocity_rel_std + dataset.measurement.pretension_rel_std
     lines: list[str] = []
@@ -180,13 +178,13 @@ def _far_repeats(
             lines.append(f"{velocity:g} m/s and {pretension:g} N peak between {low:.4g} and {high:.4g} N")
             names += known
     if not lines:
-        return {}
+        return []
     more = f" (so at {len(lines) - 1} other conditions)" if len(lines) > 1 else ""
     line = (
         f"repeats at {lines[0]}{more}, farther apart than scatter and noise let them: check velocity and pretension of"
         " each in trials.csv; else a limit is only just reached there, or the rig does not repeat"
     )
-    return {line: names}
+    return [Damage("repeats far apart", line, names)]
 
 
 def mended_lines(mended: Mended) -> list[str]:

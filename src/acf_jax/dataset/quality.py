@@ -1,5 +1,6 @@
 """Data quality: what a look at the trials says before anything is fitted."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from acf_jax.dataset.noise import (
     look_at_approach,
 )
 from acf_jax.dataset.trials import GapDataset, Trace
+from acf_jax.dataset.trust import Limit, Trust, about, design_limits, left_out, offset_limit, rate_limit
 from acf_jax.errors import InputError
 
 NOISY = 4.0  # times the usual noise, beyond which a trial does not count in what is pooled
@@ -32,11 +34,24 @@ class Quality:
     damaged: tuple[str, ...]  # trials that are compared although something is wrong with them
     doubts: tuple[str, ...]  # those of the warnings, but for trials left out, that make the rest less sure
     warnings: tuple[str, ...]
+    limits: tuple[Limit, ...]  # of what the data can tell, but for trials left out
 
     @property
     def used(self) -> tuple[int, ...]:
         """Indices of the trials that are not excluded."""
-        return tuple(i for i, trial in enumerate(self.trials) if trial.name not in self.excluded)
+        return self._without(self.excluded)
+
+    def trust(self, excluded: Mapping[str, str] | None = None) -> Trust:
+        """Whether the data can be trusted; `excluded`: trials left out in the end, with the reason."""
+        out = self.excluded if excluded is None else excluded
+        used = self._without(out)
+        design = design_limits(self.dataset, used)
+        return Trust(
+            about(self.dataset, used, self.trials), (*left_out(out, len(self.trials)), *self.limits, *design)
+        )
+
+    def _without(self, excluded: Mapping[str, str]) -> tuple[int, ...]:
+        return tuple(i for i, trial in enumerate(self.trials) if trial.name not in excluded)
 
 
 def assess_dataset(dataset: GapDataset) -> Quality:
@@ -67,17 +82,31 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     constant = zip(sound, constant_approaches(traces), strict=True)
     still = [look.name for (_, look), is_still in constant if is_still and look.approach]
     damaged = damage(dataset, looks, excluded, kept, shared, noise)
-    doubts = (*mended_lines(mended), *damaged, *stated_noise(stated, approach, least))
-    return Quality(
+    undone, misstated = mended_lines(mended), stated_noise(stated, approach, least)
+    sound_looks = [look for look in looks if look.name not in excluded]
+    measured = list(filter(None, [rate_limit(sound_looks), offset_limit(sound_looks, noise)]))
+    doubts = (
+        *(Limit("readings undone", line) for line in undone),
+        *(Limit(d.word, d.line) for d in damaged),
+        *(Limit("stated noise", line) for line in misstated),
+    )
+    found = Quality(
         dataset=dataset,
         noise=noise,
         trials=tuple(looks),
         excluded=excluded,
-        damaged=tuple(dict.fromkeys(name for names in damaged.values() for name in names)),
-        doubts=doubts,
+        damaged=tuple(dict.fromkeys(name for d in damaged for name in d.trials)),
+        doubts=tuple(limit.line for limit in doubts),
+        warnings=(),
+        limits=(*doubts, *measured),
+    )
+    return replace(
+        found,
         warnings=(
-            *doubts,
+            *found.doubts,
             *noise_warnings(dataset, noise, approach, still),
+            *(f"trial {name} is left out: {reason}" for name, reason in excluded.items()),
+            *(limit.line for limit in (*measured, *design_limits(dataset, found.used))),
             *trial_warnings(looks, excluded, noise),
         ),
     )

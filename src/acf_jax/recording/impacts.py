@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from acf_jax.dataset import units
+from acf_jax.dataset import GapDataset, Measurement, RigPrior, Trial, assess_dataset, units
 from acf_jax.dataset.noise import approach_samples
-from acf_jax.dataset.trials import RigPrior
+from acf_jax.dataset.trust import RATE, Limit, Trust
 from acf_jax.errors import InputError
 from acf_jax.recording.align import align, drawn, without_apart
 from acf_jax.recording.checks import condition_faults, force_unit_fault, interval_faults
@@ -23,6 +24,7 @@ from acf_jax.recording.session import Session
 
 LEAST = 3  # trials of a data set
 _SCATTER = 0.05  # relative, of repeats, that a robot does not have
+_USUAL = (Measurement.contact_velocity_rel_std, Measurement.pretension_rel_std)
 _SAME = 2  # ns within which a reviewed time is the one found
 
 
@@ -37,11 +39,30 @@ class Impacts:
     velocity_spread: float | None = None  # relative, trial to trial; None: too few repeats
     pretension_spread: float | None = None
     faults: tuple[str, ...] = ()  # why no data set can come of it
+    rig: RigPrior = units.TYPICAL_RIG  # as far as it is known
 
     @property
     def kept(self) -> list[Cut]:
         """The cuts of the data set."""
         return [cut for cut in self.cuts if cut.keep]
+
+    @cached_property
+    def trust(self) -> Trust:
+        """Whether the kept contacts can be trusted, as `diagnose` will look at them."""
+        trials = [Trial(c.trial, *c.condition, c.peak, c.trace) for c in self.kept]
+        spread = (self.velocity_spread, self.pretension_spread)
+        measurement = Measurement(
+            None, *(usual if x is None else x for x, usual in zip(spread, _USUAL, strict=True))
+        )
+        dataset = GapDataset(self.session.path, "", self.rig, measurement, tuple(trials))
+        try:
+            found = assess_dataset(dataset).trust()
+        except InputError as error:  # that the noise is not known
+            return Trust(self.session.path.name, tuple(Limit("noise", fault) for fault in error.faults))
+        step = sampling_interval(self.session.force)
+        slow = too_slow(step, impact_duration(self.kept, step, self.rig.impact_time))
+        others = (limit for limit in found.limits if limit.word != RATE)
+        return found._replace(limits=(Limit(RATE, slow), *others)) if slow else found
 
 
 class Refused(InputError):
@@ -76,6 +97,7 @@ def find_impacts(
         notes=(*impacts.notes, *_notes(impacts.session, kept, scatter, options)),
         velocity_spread=scatter,
         pretension_spread=spread(pretension, f_p),
+        rig=known,
     )
 
 

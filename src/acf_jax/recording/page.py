@@ -12,6 +12,7 @@ from acf_jax.recording.series import Array, Series
 from acf_jax.report.markup import Html, bullets, element, join, section, table
 from acf_jax.report.page import Part, page, part
 from acf_jax.report.plot import Drawn, Variant, axis, plain, plot, series
+from acf_jax.report.trusted import trusted
 
 BUCKETS = 3000  # of the whole recording; each shows its least and largest sample
 MOST = 300  # cuts that the page carries sample by sample
@@ -72,6 +73,7 @@ def _head(impacts: Impacts) -> Html:
     )
     return Html(
         element("h1", f"Import of {session.path.name}")
+        + ("" if impacts.faults else trusted(impacts.trust))
         + element("p", said, class_="verdict")
         + element(
             "p", f"{minutes} of recording. Look at every cut before you trust the data set.", class_="muted"

@@ -17,7 +17,9 @@ def found(impacts: Impacts) -> list[str]:
         return [f"{head}, no data set", *(_line(impacts, cut) for cut in impacts.cuts), *impacts.notes]
     conditions = {cut.condition for cut in kept}
     odd = [f"{cut.trial} is not kept: {_why(cut)}" for cut in impacts.cuts if not cut.keep]
-    return [f"{head}, {len(kept)} kept, at {len(conditions)} conditions", *odd, *impacts.notes]
+    trust = impacts.trust
+    about = [f"{head}, {len(kept)} kept, at {len(conditions)} conditions", trust.headline]
+    return list(dict.fromkeys([*about, *trust.lines, *odd, *impacts.notes]))
 
 
 def _line(impacts: Impacts, cut: Cut) -> str:

@@ -7,7 +7,18 @@ import numpy as np
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.report.markup import Html, element, join
 from acf_jax.report.outlook import Curves, Outlook
-from acf_jax.report.words import VERDICTS, advice, likelihood, name_of, percent, shrunk, si, verdict
+from acf_jax.report.trusted import trusted
+from acf_jax.report.words import (
+    VERDICTS,
+    advice,
+    likelihood,
+    name_of,
+    percent,
+    shrunk,
+    si,
+    trust,
+    verdict,
+)
 
 
 def summary(diagnosis: Diagnosis, content: dict[str, Any], look: Outlook) -> Html:
@@ -25,6 +36,7 @@ def summary(diagnosis: Diagnosis, content: dict[str, Any], look: Outlook) -> Htm
     return join(
         [
             title,
+            trusted(trust(d)),
             headline,
             element("p", f"{shrunk(d)} {consequence(d, look)}".strip()),
             element("p", advice(d)) if advice(d) else join([]),

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from acf_jax.dataset.trust import Trust
 from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER, Contribution
 from acf_jax.diagnosis.damage import statements
 from acf_jax.diagnosis.diagnose import Diagnosis
@@ -35,7 +36,6 @@ LIKELIHOOD = (
     (0.01, "very unlikely"),
     (0.00, "exceptionally unlikely"),
 )
-SHOWN = 3  # reasons in one line
 LIKELY = 0.66  # as above: what is less so is said to be open
 
 
@@ -196,21 +196,19 @@ def advice(diagnosis: Diagnosis) -> str:
 
 
 def told(diagnosis: Diagnosis) -> str:
-    """What a terminal tells: doubts, the verdict, what the gap is made of, and what to do about it."""
+    """What a terminal tells: whether to trust the data, the verdict, what the gap is made of, what to do about it."""
     notes = [f"note: {line}" for line in doubts(diagnosis)]
-    lines = [*notes, sentence(diagnosis), made_of(diagnosis), advice(diagnosis)]
+    lines = [trust(diagnosis).headline, *notes]
+    lines += [sentence(diagnosis), made_of(diagnosis), advice(diagnosis)]
     return "\n".join(filter(None, lines))
+
+
+def trust(diagnosis: Diagnosis) -> Trust:
+    """Whether the trials that were compared can be trusted."""
+    return diagnosis.quality.trust(diagnosis.excluded)
 
 
 def doubts(diagnosis: Diagnosis) -> list[str]:
     """What of the data should make a reader doubt the verdict, a line each."""
     d = diagnosis
-    lines = []
-    if d.excluded:
-        count, of = len(d.excluded), len(d.dataset.trials)
-        reasons = [f"{name}: {why}" for name, why in list(d.excluded.items())[:SHOWN]]
-        more = f"; and {count - SHOWN} more" if count > SHOWN else ""
-        lines.append(
-            f"{count} of {of} trials {'are' if count > 1 else 'is'} left out ({'; '.join(reasons)}{more})"
-        )
-    return [*lines, *d.quality.doubts, *statements(d.quality, d.observations.names, d.highest)]
+    return [*trust(d).lines, *statements(d.quality, d.observations.names, d.highest)]
