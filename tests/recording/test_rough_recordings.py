@@ -54,7 +54,7 @@ def pulse(newtons: float, early: float):
     return lambda f, t: f + newtons * ((t > begins) & (t < begins + 0.01)).any(0)
 
 
-READS, STEP = "N before contact; contacts: {tare: true}", "a step of the sensor"
+READS, STEP = "N before contact: taken off", "a step of the sensor"
 SMALL, SLOW, BEHIND = "is far below the pretension", "m/s is uncertain by", "begun after a pulse too small"
 # what the sensor does, what is said about it, and how many contacts that are none are listed, not kept
 FORCES = {

@@ -158,9 +158,9 @@ def read_recording(
     **Arguments:** `path`: of the recording of the force. `force`: N, positive in contact. `velocity`: m/s, of the
     robot towards the part; a signal or a number. `position`: m, in place of the velocity. `pretension`: N; a signal or
     a number. `time`: column of the times. `rate`: Hz, of a table without times. `tare`: take off what the force reads
-    before each contact. `robot`: recording of the robot's signals, where that is one of its own. `mapping`: YAML file
-    of these and further keys. `rig`: what is known of the rig, an `acf_jax.Prior` or a rig's file; may be given to
-    `diagnose` instead.
+    while nothing is touched, which is done by default. `robot`: recording of the robot's signals, where that is one of
+    its own. `mapping`: YAML file of these and further keys. `rig`: what is known of the rig, an `acf_jax.Prior` or a
+    rig's file; may be given to `diagnose` instead.
 
     **Returns:** `Recording`. Where no data set can come of it a warning says why, and `plot` shows what was found.
 
@@ -177,12 +177,11 @@ def read_recording(
         "pretension": plain(pretension),
         "time": time,
         "sample_rate_hz": plain(rate),
+        "tare": tare,
     }
+    if tare is not None and not isinstance(tare, bool):
+        raise InputError(f"tare: must be True or False, but is {shown(tare)}; write one of the two")
     found = read_mapping(None if mapping is None else path_of(mapping), given, dashes="")
-    if tare is not None:
-        if not isinstance(tare, bool):
-            raise InputError(f"tare: must be True or False, but is {shown(tare)}; write one of the two")
-        found = found.model_copy(update={"contacts": found.contacts.model_copy(update={"tare": tare})})
     try:
         session = read_session(path_of(path), found, other=None if robot is None else path_of(robot))
     except InputError as error:

@@ -23,6 +23,11 @@ OPTIONS = (
     click.option(
         "--rate", "sample_rate_hz", type=float, metavar="HZ", help="Sampling rate of a table without times."
     ),
+    click.option(
+        "--tare/--no-tare",
+        default=None,
+        help="Take off what the force reads while nothing is touched; done by default.",
+    ),
 )
 
 

@@ -34,6 +34,7 @@ class Cut:
     force: Array  # N, shape (N,)
     velocity: Estimate  # m/s, measured
     pretension: Estimate  # N, measured
+    zero: float = 0.0  # N, taken off the force: what the unloaded sensor reads
     condition: tuple[float, float] = (0.0, 0.0)  # m/s and N, of the group of trials that it belongs to
     peak: float | None = None  # N, within the impact phase; None: no impact is seen
     remarks: tuple[str, ...] = ()
@@ -43,7 +44,19 @@ class Cut:
         """What was measured, on one line."""
         v_e, f_p = self.velocity.value, self.pretension.value
         speed = f"{v_e:.4g} m/s" if np.isfinite(v_e) else "no speed"
-        return f"{speed}, {f'{f_p:.4g} N' if np.isfinite(f_p) else 'no pretension'}, peak {self.contact.peak:.4g} N"
+        return (
+            f"{speed}, {f'{f_p:.4g} N' if np.isfinite(f_p) else 'no pretension'}, peak {self.reading:.4g} N"
+        )
+
+    @property
+    def reading(self) -> float:
+        """The peak, or the largest force where no impact is seen, N."""
+        return self.contact.peak - self.zero if self.peak is None else self.peak
+
+    @property
+    def offset(self) -> float:
+        """What the force of the trace reads before contact, N."""
+        return self.contact.offset - self.zero
 
     @property
     def trace(self) -> Trace:
@@ -51,10 +64,22 @@ class Cut:
         return Trace(np.asarray(self.time * 1e-9, float), self.force)
 
 
-def cut_trace(force: Series, contact: Contact, limit: int, options: Contacts) -> tuple[Nanoseconds, Array]:
-    """Times from first contact (ns) and force (N), bit for bit, of a contact and its approach.
+def zeros(contacts: Sequence[Contact]) -> list[float]:
+    """What the unloaded sensor reads at each contact, N.
 
-    **Arguments:** `limit`: index behind the last sample that may belong to it.
+    One value for all that agree with the middle one within the noise of a sample, so that readings which are equal stay
+    so, as at the end of the sensor's range; else, as of a sensor that drifts, the contact's own.
+    """
+    middle = float(np.median([contact.offset for contact in contacts])) if contacts else 0.0
+    return [middle if abs(c.offset - middle) <= c.noise_std else c.offset for c in contacts]
+
+
+def cut_trace(
+    force: Series, contact: Contact, limit: int, options: Contacts, zero: float
+) -> tuple[Nanoseconds, Array]:
+    """Times from first contact (ns) and force (N), but for `zero` bit for bit, of a contact and its approach.
+
+    **Arguments:** `limit`: index behind the last sample that may belong to it. `zero`: taken off the force, N.
     """
     before = max(
         contact.first - int(np.searchsorted(force.time, contact.begin - round(1e9 * options.before_s))),
@@ -62,14 +87,12 @@ def cut_trace(force: Series, contact: Contact, limit: int, options: Contacts) ->
     )
     first = max(contact.first - before, contact.approach)
     last = min(int(np.searchsorted(force.time, contact.begin + round(1e9 * options.after_s), "right")), limit)
-    value = force.value[first:last]
-    return force.time[first:last] - contact.begin, value - contact.offset if options.tare else value.copy()
+    return force.time[first:last] - contact.begin, force.value[first:last] - zero
 
 
-def impact_peak(cut: Cut, impact_time: float, tared: bool) -> float | None:
+def impact_peak(cut: Cut, impact_time: float) -> float | None:
     """The largest sample of the impact phase, N, or None; `impact_time`: how long an impact lasts, roughly, s."""
-    offset = 0.0 if tared else cut.contact.offset
-    phase = find_impact(cut.trace, cut.contact.noise_std, impact_time, offset)
+    phase = find_impact(cut.trace, cut.contact.noise_std, impact_time, cut.offset)
     return phase.peak_force if phase else None
 
 

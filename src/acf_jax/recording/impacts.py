@@ -136,7 +136,7 @@ def _found(session: Session, options: Contacts, known: RigPrior, review: Sequenc
     faults = faults or condition_faults(session, usable or cuts)
     if not faults and len(usable) >= LEAST and (fault := force_unit_fault(session, usable, known)):
         faults = [fault]
-    cuts = weighed(cuts, review is not None, options)
+    cuts = weighed(cuts, review is not None)
     step = sampling_interval(session.force)
     slow = too_slow(step, impact_duration([c for c in cuts if c.keep] or cuts, step, known.impact_time))
     # what is wrong with clock or unit makes impacts look short
@@ -203,12 +203,10 @@ def _notes(session: Session, kept: Sequence[Cut], scatter: float | None, options
     offsets = np.array([cut.contact.offset for cut in kept])
     noise = float(np.median([cut.contact.noise_std for cut in kept]))
     rise = float(np.median([cut.contact.rise for cut in kept]))
-    if np.abs(offsets).max() > (least := max(3.0 * noise, 0.02 * rise)) and not options.tare:
+    if options.tare and np.abs(offsets).max() > (least := max(3.0 * noise, 0.02 * rise)):
         low, high = float(offsets.min()), float(offsets.max())
         reads = f"{np.median(offsets):.3g} N" if high - low < least else f"{low:.3g} to {high:.3g} N"
-        yield (
-            f"the force reads {reads} before contact; contacts: {{tare: true}} in the mapping subtracts it"
-        )
+        yield f"the force reads {reads} before contact: taken off (`no-tare` keeps it)"
     if late := [cut.trial for cut in kept if cut.contact.is_late]:
         yield f"begun after a pulse too small for an impact: {', '.join(late)}"
     if scatter is not None and scatter > _SCATTER:

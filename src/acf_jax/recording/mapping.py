@@ -97,7 +97,7 @@ class Contacts(Part):
     separation_s: float = Field(default=0.1, gt=0, description="a contact ends when force is gone that long")
     before_s: float = Field(default=0.01, gt=0, description="of the approach in a trace, at least 40 samples")
     after_s: float = Field(default=0.06, gt=0, description="of the contact in a trace")
-    tare: bool = Field(default=False, description="subtract the force before each contact")
+    tare: bool = Field(default=True, description="take off what the force reads while nothing is touched")
 
 
 class Mapping(Part):
@@ -135,6 +135,9 @@ def read_mapping(path: Path | None, options: dict[str, Any], dashes: str = "--")
     for either in (("velocity", "position"), ("time", "sample_rate_hz")):
         if any(key in given for key in either):
             content = {key: value for key, value in content.items() if key not in either}
+    if (tare := given.pop("tare", None)) is not None:
+        contacts = content.get("contacts")
+        content["contacts"] = (contacts if isinstance(contacts, dict) else {}) | {"tare": tare}
     content |= given
     try:
         return validated(Mapping, content)

@@ -8,7 +8,7 @@ import numpy as np
 from acf_jax.dataset import units
 from acf_jax.recording.checks import LEAST_SHARE, NOUGHT, is_below_zero
 from acf_jax.recording.contacts import Contact, first_impact, sampling_interval
-from acf_jax.recording.cut import Cut, cut_trace, ends_early, impact_peak, remarks
+from acf_jax.recording.cut import Cut, cut_trace, ends_early, impact_peak, remarks, zeros
 from acf_jax.recording.level import BLOCK
 from acf_jax.recording.mapping import Contacts
 from acf_jax.recording.session import Session
@@ -44,15 +44,16 @@ def measured(
         character = character_of(session.speed.at(slice(first, first + BLOCK)), session.is_position)
     ends = [*(contact.first - 1 for _, contact, _ in chosen[1:]), session.force.time.size]
     cuts = []
-    for (trial, contact, keep), limit in zip(chosen, ends, strict=True):
-        time, force = cut_trace(session.force, contact, max(limit, contact.first + 1), options)
+    zero_of = zeros([contact for _, contact, _ in chosen]) if options.tare else [0.0] * len(chosen)
+    for (trial, contact, keep), limit, zero in zip(chosen, ends, zero_of, strict=True):
+        time, force = cut_trace(session.force, contact, max(limit, contact.first + 1), options, zero)
         velocity = _velocity(session, contact.begin, character)
         pretension = _pretension(session, contact.begin)
-        cut = Cut(trial, True, contact, time, force, velocity or UNKNOWN, pretension or UNKNOWN)
+        cut = Cut(trial, True, contact, time, force, velocity or UNKNOWN, pretension or UNKNOWN, zero)
         why = remarks(cut, typical, step, options.separation_s)
         why += ["no speed was recorded before it"] if velocity is None else _stale(session, contact, patience)
         why += ["no pretension was recorded before it"] if pretension is None else []
-        peak = impact_peak(cut, impact_time, options.tare) if time.size > 3 else None
+        peak = impact_peak(cut, impact_time) if time.size > 3 else None
         why += ["no impact is seen in it"] if peak is None else []
         if peak is not None and ends_early(cut, impact_time):
             why.append(
@@ -65,12 +66,12 @@ def measured(
     return cuts
 
 
-def weighed(cuts: Sequence[Cut], decided: bool, options: Contacts) -> list[Cut]:
+def weighed(cuts: Sequence[Cut], decided: bool) -> list[Cut]:
     """The cuts; those that no data set can hold, or that cannot be right beside the others, only where `decided`."""
     nought = NOUGHT * max((cut.pretension.value for cut in cuts), default=0.0)
     done = []
     for cut in cuts:
-        height = np.inf if cut.peak is None else cut.peak - (0.0 if options.tare else cut.contact.offset)
+        height = np.inf if cut.peak is None else cut.peak - cut.offset
         f_p, v_e = cut.pretension, cut.velocity.value
         why = []
         if height < LEAST_SHARE * f_p.value:

@@ -175,7 +175,7 @@ def cuts_table(impacts: Impacts) -> Html:
                 else "–",
                 f"{cut.pretension.value:.4g} N" if np.isfinite(cut.pretension.value) else "–",
                 f"{v_e:g} m/s, {f_p:g} N" if cut.keep and not impacts.faults else "–",
-                f"{cut.contact.peak if cut.peak is None else cut.peak:.4g} N",
+                f"{cut.reading:.4g} N",
                 join([kept, f": {'; '.join(cut.remarks)}" if cut.remarks else ""]),
             )
         )
