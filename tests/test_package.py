@@ -40,7 +40,7 @@ PEAK = (
 
 # A part may import parts above it and its own, never parts below.
 LAYERS = [
-    {"documents", "errors", "files", "folders", "forms", "kept", "start", "workers"},
+    {"documents", "errors", "files", "folders", "forms", "kept", "provenance", "start", "style", "workers"},
     {"model"},
     {"identify", "surrogate"},
     {"effects"},
@@ -53,6 +53,7 @@ LAYERS = [
     {"designs", "safety", "export", "training"},
     {"report"},
     {"fleet", "recording"},
+    {"pipeline"},
     {"api"},
     {"cli"},
 ]

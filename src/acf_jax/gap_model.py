@@ -92,6 +92,8 @@ class GapModel(Part):
         None  # what too little data are short of; None for other verdicts and earlier versions
     )
     next_experiment: Proposed | None = None
+    made_by: str | None = None  # program and version; earlier versions have none
+    data_sha256: str | None = None  # of the data set that was diagnosed; earlier versions have none
 
     @property
     def missing(self) -> str:

@@ -108,7 +108,7 @@ def test_a_refused_import_says_so_and_leaves_no_earlier_result(run, tmp_path):
     out = tmp_path / "result"
     earlier = out / "diagnosis/report.html"
     earlier.parent.mkdir(parents=True)
-    earlier.write_text("of an earlier run")
+    earlier.write_text("of an earlier run, by acf-jax")
     (out / "notes.txt").write_text("mine")
     code, text, error = run(recording(tmp_path, 2), "--rig", RIG, "--limit", 140, "--out", out)
     assert code == 1 and error.startswith("no answer: ") and "2 contacts" in text

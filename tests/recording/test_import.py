@@ -339,7 +339,7 @@ def test_zero_is_taken_off_a_sensor_that_was_never_tared(tmp_path, offset):
         return read_dataset(out).trials, done.output
 
     trials, said = imported("log.npz")
-    assert ("N before contact: taken off" in said) == (abs(offset) > 10.0)
+    assert ("N before contact: taken off" in said) == (abs(offset) > 2.9)
     assert "Data: nothing speaks against them" in said
     zeroed, _ = imported("zeroed.npz")
     for a, b in zip(trials, zeroed, strict=True):
@@ -365,7 +365,7 @@ def test_the_end_of_the_range_stays_one_reading(tmp_path):
     done = run(tmp_path / "log.npz", "--out", tmp_path / "set", "--rig", tmp_path / "rig.yaml")
     assert done.exit_code == 0 and "Data: limited by saturation; 12 trials" in done.output, done.output
     tops = {
-        trial.peak_force for trial in read_dataset(tmp_path / "set").trials if trial.contact_velocity > 0.19
+        trial.peak_force for trial in read_dataset(tmp_path / "set").trials if trial.contact_velocity > 0.3
     }
     assert len(tops) == 1 and tops.pop() == pytest.approx(200.0, abs=0.1)
 

@@ -250,9 +250,9 @@ def test_doubts_about_the_data_come_before_the_verdict(
     lines = result.stdout.splitlines()
     of, count = len(evil_set.trials), len(diagnosed.observations.names)
     assert result.exit_code == 0
-    head = "Data: limited by trials left out, saturation, one pretension"
+    head = "Data: limited by trials left out, saturation, no repeats; 7 trials at 7 conditions"
     assert lines[0].startswith(head), lines[0]
-    lines = [line for line in lines if "pretension of" not in line]
+    lines = [line for line in lines if "no condition is repeated" not in line]
     assert lines[1:4] == [
         f"note: 1 of {of} trials is left out (t001: its force drops out)",
         "note: the force is cut off",

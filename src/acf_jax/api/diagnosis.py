@@ -20,6 +20,7 @@ from acf_jax.dataset.trials import RigPrior
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.results import gap_model
 from acf_jax.errors import InputError, shown
+from acf_jax.provenance import Origin
 from acf_jax.report import composition, evidence, peaks, save_diagnosis, told, traces, where
 from acf_jax.report.markup import Html, element, join
 from acf_jax.report.notebook import to_plotly
@@ -61,8 +62,9 @@ class Diagnosis(library.Diagnosis, Answering):
         return document(self)
 
     def save(self, folder: str | Path) -> Path:
-        """Write diagnosis.json, model.json and report.html into a folder, all or none; the path of the report."""
-        save_diagnosis(folder_of(folder), self)
+        """Write the files of the command `diagnose` into a folder, all or none; the path of the report."""
+        made_of = {str(self.dataset.folder): self.dataset.digest}
+        save_diagnosis(folder_of(folder), self, Origin("acf_jax.diagnose(...).save(...)", made_of))
         return folder_of(folder) / "report.html"
 
     def plot(self, what: str | None = None) -> go.Figure:

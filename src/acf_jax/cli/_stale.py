@@ -2,14 +2,25 @@
 
 from pathlib import Path
 
-CUTS, REFUSED = "import.html", "import_refused.html"  # the pages of an import, in its data set's folder
+from acf_jax.provenance import FILE
 
 
-def foreign(data: Path, out: Path) -> list[str]:
+def foreign(data: Path, out: Path, overwrite: bool) -> list[str]:
     """The fault of `--out`, where the folder `data` of it holds a data set that no import wrote."""
-    if (data / "trials.csv").exists() and not (data / CUTS).exists():
-        return [f"--out {out}: holds a data set that no import wrote; name another folder"]
+    from acf_jax.recording.write import CUTS
+
+    if (data / "trials.csv").exists() and not (data / CUTS).exists() and not overwrite:
+        return [
+            f"--out {out}: holds a data set that no import wrote; name another folder, or give --overwrite"
+        ]
     return []
+
+
+def of_import(data: Path) -> list[str]:
+    """The files of an earlier import into the folder `data`, by their paths in it."""
+    from acf_jax.recording.write import CUTS, REFUSED
+
+    return ["dataset.yaml", "trials.csv", CUTS, REFUSED, FILE, *traces_of(data / "trials.csv", "contact_s")]
 
 
 def traces_of(table: Path, mark: str) -> list[str]:

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, foreign_files
 from acf_jax.cli._progress import counted
 from acf_jax.cli._stop import OPTIONS, ending_options, make_ending
 from acf_jax.contact.model_file import HELP, ModelFile
@@ -56,6 +57,7 @@ NEEDED = ("--body-area", "--contact", "--v-e", "--f-p")
     help="With which an allowed force is not exceeded.",
 )
 @click.option("--exact", is_flag=True, help="Never ask the surrogate.")
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     model_file: Path,
@@ -75,6 +77,7 @@ def command(
     limits_file: Path | None,
     confidence: float,
     exact: bool,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Check one contact, or a table of them, against the limits of body areas.
@@ -85,7 +88,7 @@ def command(
     from acf_jax.safety.limits import read_limits
     from acf_jax.safety.situation import CONFIDENCE, Contact, Situation, read_situations
 
-    faults: list[str] = []
+    faults = foreign_files([out], overwrite)
     if not CONFIDENCE[0] <= confidence <= CONFIDENCE[1]:
         faults.append(
             f"--confidence must lie between {CONFIDENCE[0]} and {CONFIDENCE[1]}, but is {confidence!r}"

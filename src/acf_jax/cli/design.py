@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, foreign_files
 from acf_jax.cli._progress import stages
 from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError
@@ -27,14 +28,15 @@ Examples:
     "--config", required=True, type=click.Path(path_type=Path), help="YAML file: model, goal, limit, ranges."
 )
 @click.option("--plot", type=click.Path(path_type=Path), help="Write the design space to this HTML file.")
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def command(config: Path, plot: Path | None, as_json: bool) -> None:
+def command(config: Path, plot: Path | None, overwrite: bool, as_json: bool) -> None:
     """Design an impact within a force limit: docs/design.md explains the question and the answer.
 
     Ends with exit code 1 where nothing in the ranges is feasible, after saying what would make it so, and where a
     scan of the ranges knows a better point than the search.
     """
-    faults = []
+    faults = foreign_files([plot], overwrite)
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
         faults.append(f"--plot {plot}: must end in .html; name an HTML file")
     question, model = _read(config, faults)

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, foreign_files, origin
 from acf_jax.cli._progress import stages
 from acf_jax.cli._seed import SEED
 
@@ -20,18 +21,24 @@ Examples:
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for the results.")
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of the bootstrap intervals.")
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: diagnosis.json.")
-def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
+def command(dataset: Path, out: Path, seed: int, overwrite: bool, as_json: bool) -> None:
     """Diagnose the sim-to-real gap of the data set in the folder DATASET.
 
-    Writes OUT/diagnosis.json, OUT/report.html and OUT/model.json. docs/data_format.md describes a data set.
+    Writes OUT/diagnosis.json, OUT/report.html, OUT/model.json and OUT/provenance.json.
+    docs/data_format.md describes a data set.
     """
     from acf_jax.dataset import read_dataset
-    from acf_jax.errors import InputError
+    from acf_jax.errors import InputError, collected
 
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out}: is a file; name a folder")
-    data = read_dataset(dataset)  # faults are told before anything slow is loaded
+    faults = [f"--out {out}: is a file; name a folder"] if out.exists() and not out.is_dir() else []
+    faults += foreign_files(
+        (out / name for name in ("diagnosis.json", "model.json", "report.html")), overwrite
+    )
+    data = collected(faults, lambda: read_dataset(dataset))  # told before anything slow is loaded
+    if faults or data is None:
+        raise InputError(faults)
 
     from acf_jax.start import start_jax
 
@@ -42,7 +49,7 @@ def command(dataset: Path, out: Path, seed: int, as_json: bool) -> None:
     with stages() as progress:
         diagnosis = diagnose(data, seed, progress)
         progress("writing the report")
-        content = save_diagnosis(out, diagnosis)
+        content = save_diagnosis(out, diagnosis, origin({str(dataset): data.digest}))
     if as_json:
         echo_json(content)
     else:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, foreign_files
 from acf_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,14 +32,17 @@ Examples:
 @click.option(
     "--onnx", "network", type=click.Path(path_type=Path), help="Write the surrogate as an ONNX model."
 )
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: what was written.")
-def command(surrogate: Path | None, header: Path | None, network: Path | None, as_json: bool) -> None:
+def command(
+    surrogate: Path | None, header: Path | None, network: Path | None, overwrite: bool, as_json: bool
+) -> None:
     """Write the exact peak force as C, or a trained surrogate as C and ONNX.
 
     A surrogate brings its range and its error bound along: outside the range it answers with a flag and an infinite
     force. docs/export.md shows each in use.
     """
-    if faults := _faults(surrogate, header, network):
+    if faults := _faults(surrogate, header, network) + foreign_files((header, network), overwrite):
         raise InputError(faults)
     if surrogate is None:
         assert header is not None

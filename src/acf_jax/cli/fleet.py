@@ -10,6 +10,7 @@ import click
 
 from acf_jax.cli._ending import resumable
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, foreign_files, origin
 from acf_jax.cli._progress import counts
 from acf_jax.cli._seed import SEED
 from acf_jax.cli._workers import SCHEDULER, WORKERS, say
@@ -40,6 +41,7 @@ Examples:
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of the bootstrap intervals.")
 @WORKERS
 @SCHEDULER
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: fleet.json.")
 def command(
     folder: Path,
@@ -48,6 +50,7 @@ def command(
     seed: int,
     workers: int,
     scheduler: str | None,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Diagnose every data set in the folders of FOLDER, a rig each.
@@ -67,6 +70,8 @@ def command(
         raise InputError(f"--out {out}: is a file; name a folder")
     if any(earlier.resolve() == out.resolve() for earlier in since):
         raise InputError(f"--since {out}: is the folder of --out; name another one for the new results")
+    if faults := foreign_files((out / FILE, out / "index.html"), overwrite):
+        raise InputError(faults)
     earlier = read_fleets(since)  # faults are told before anything slow begins
 
     with resumable("the same command goes on where it was"), counts() as report:
@@ -80,6 +85,7 @@ def command(
     content = fleet.model_dump(mode="json", by_alias=True)
     write_text(out / FILE, json.dumps(content, indent=1) + "\n")
     write_text(out / "index.html", fleet_page(fleet, trends))
+    origin({str(folder / rig.rig): rig.data for rig in fleet.rigs if rig.data}).write(out)
     if as_json:
         echo_json(content)
     else:

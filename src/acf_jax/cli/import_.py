@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, origin
 from acf_jax.cli._progress import counts
 from acf_jax.cli._signals import signal_options
-from acf_jax.cli._stale import CUTS, REFUSED, foreign, traces_of
+from acf_jax.cli._stale import foreign, of_import
 
 if TYPE_CHECKING:
     from acf_jax.recording import Impacts
@@ -35,6 +36,7 @@ Examples:
 @click.option(
     "--review", type=click.Path(path_type=Path), help="YAML file of the cuts: written, then honoured."
 )
+@OVERWRITE
 @click.option("--list", "listed", is_flag=True, help="Only list what the recording offers.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
@@ -44,15 +46,16 @@ def command(
     rig: Path | None,
     mapping: Path | None,
     review: Path | None,
+    overwrite: bool,
     listed: bool,
     as_json: bool,
     **signals: str | float | None,
 ) -> None:
     """Cut a gap data set from RECORDING: a ROS bag, or a table or arrays of any kind that docs/import.md lists.
 
-    Finds the contacts, measures their velocity, and writes OUT/dataset.yaml, OUT/trials.csv, OUT/traces and a page of
-    every cut, OUT/import.html. The signals of the robot may be in another recording, --with ROBOT. docs/import.md leads
-    from a recording to a report.
+    Finds the contacts, measures their velocity, takes off the force's zero, and writes OUT/dataset.yaml,
+    OUT/trials.csv, OUT/traces, OUT/provenance.json and a page of every cut, OUT/import.html. The signals of the robot
+    may be in another recording, --with ROBOT. docs/import.md leads from a recording to a report.
     """
     from acf_jax.errors import InputError
 
@@ -63,7 +66,9 @@ def command(
         raise InputError("--out: is missing; name a folder for the data set")
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: is a file; name a folder")
-    impacts, described = _import(recording, out, other, rig, mapping, review, signals)
+    from acf_jax.recording.write import CUTS
+
+    impacts, described = _import(recording, out, other, rig, mapping, review, overwrite, signals)
     page = out / CUTS
     if impacts.faults:
         page, impacts = _leave(impacts, out, review)
@@ -99,6 +104,7 @@ def _import(
     rig: Path | None,
     mapping: Path | None,
     review: Path | None,
+    overwrite: bool,
     signals: dict[str, Any],
 ) -> tuple["Impacts", bool]:
     """Read, cut, write unless the impacts have faults; the impacts, and whether the rig is described."""
@@ -109,10 +115,10 @@ def _import(
     from acf_jax.recording.page import import_page
     from acf_jax.recording.review import kept_faults, read_review
     from acf_jax.recording.rig import earlier_rig, read_rig_file
-    from acf_jax.recording.write import review_of, write_impacts
+    from acf_jax.recording.write import CUTS, review_of, write_impacts
 
     recover(out)
-    faults = foreign(out, out)
+    faults = foreign(out, out, overwrite)
     known = None
     earlier = out / "dataset.yaml"
     if rig is not None:
@@ -131,9 +137,12 @@ def _import(
         impacts = find_impacts(session, chosen.contacts, known.prior if known else None, decided)
         if review is not None and decided is not None and (wrong := kept_faults(review, impacts.kept)):
             raise Refused(replace(impacts, faults=tuple(wrong)))
-        with whole_folder(out, [*traces_of(out / "trials.csv", "contact_s"), REFUSED]) as folder:
+        made = origin(session.digests())
+        with whole_folder(out, of_import(out)) as folder:
             write_impacts(folder, impacts, known)
-            write_text(folder / CUTS, import_page(impacts, str(review) if review else None, str(out)))
+            page = import_page(impacts, str(review) if review else None, str(out), str(made))
+            write_text(folder / CUTS, page)
+            made.write(folder)
             if review is not None and decided is None:
                 write_text(review, review_of(impacts))  # where that fails no data set is written
     except Refused as refusal:
@@ -146,7 +155,7 @@ def _leave(impacts: "Impacts", out: Path, review: Path | None) -> tuple[Path, "I
     from acf_jax.errors import InputError
     from acf_jax.files import write_text
     from acf_jax.recording.page import import_page
-    from acf_jax.recording.write import review_of
+    from acf_jax.recording.write import CUTS, REFUSED, review_of
 
     page = out / (REFUSED if (out / "trials.csv").exists() else CUTS)  # an earlier data set keeps its own
     try:

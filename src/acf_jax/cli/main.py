@@ -13,12 +13,18 @@ import click
 from acf_jax import __version__
 from acf_jax.cli._ending import end_well
 from acf_jax.cli._group import Group
+from acf_jax.cli._origin import ARGUMENTS
 
 COMPLETE = "_ACF_JAX_COMPLETE"  # click's variable for shell completion
 
 
 class CommandFolder(Group):
     """The commands are the modules beside this one that have a `command`; a new file is a new command."""
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        """As click does; results keep the line that was typed."""
+        context.meta[ARGUMENTS] = tuple(args)
+        return super().parse_args(context, args)
 
     def list_commands(self, context: click.Context) -> list[str]:
         files = Path(__file__).parent.glob("*.py")

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, foreign_files
 from acf_jax.cli._rig import collect_rig, option
 from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError, collected
@@ -35,6 +36,7 @@ Examples:
 @click.option("--k-c", type=float, help="Stiffness of the contact, N/m.")
 @click.option("--v-e", type=float, multiple=True, help="Contact velocity, m/s; may be given several times.")
 @click.option("--f-p", type=float, help="Pretension F_P, N.")
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Write the force over time to this HTML file.")
 def command(
@@ -42,6 +44,7 @@ def command(
     model_file: Path | None,
     v_e: tuple[float, ...],
     f_p: float | None,
+    overwrite: bool,
     as_json: bool,
     plot: Path | None,
     **rig_options: float | None,
@@ -73,6 +76,7 @@ def command(
         faults.append(fault)
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
         faults.append(f"--plot {plot}: must end in .html; name an HTML file")
+    faults += foreign_files([plot], overwrite)
     if faults:
         raise InputError(faults)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, foreign_files
 from acf_jax.cli._progress import stages
 from acf_jax.cli._stale import traces_of
 
@@ -50,6 +51,7 @@ COLUMNS = (
     " is no better than the refitted one on conditions that the fit did not see.",
 )
 @click.option("--sample-rate", type=float, help="Of the traces, Hz; the data set's by default.")
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the rows of predictions.csv.")
 def command(
     diagnosis_dir: Path,
@@ -57,6 +59,7 @@ def command(
     out: Path,
     which: str | None,
     sample_rate: float | None,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Predict impacts with the model that `diagnose` left in DIAGNOSIS_DIR.
@@ -73,6 +76,7 @@ def command(
         faults.append(f"--out {out}: is a file; name a folder")
     elif (out / "trials.csv").exists():
         faults.append(f"--out {out}: holds a data set, whose traces have these names; name another folder")
+    faults += foreign_files([out / "predictions.csv"], overwrite)
     trials = collected(faults, lambda: read_conditions(conditions))
     if faults or trials is None:
         raise InputError(faults)

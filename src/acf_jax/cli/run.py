@@ -1,29 +1,22 @@
 """`python -m acf_jax run`: from a recording to allowed speeds, on one page."""
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import OVERWRITE, foreign_files, origin
 from acf_jax.cli._progress import counted, counts, stages
 from acf_jax.cli._signals import signal_options
-from acf_jax.cli._stale import CUTS, REFUSED, foreign, traces_of
+from acf_jax.cli._stale import foreign, of_import
 from acf_jax.cli._stop import OPTIONS, ending_options, make_ending
 from acf_jax.errors import InputError, TooLittleData, collected
 
 if TYPE_CHECKING:
     from acf_jax.contact.ending import Ending
-    from acf_jax.contact.model import ContactModel
-    from acf_jax.dataset import GapDataset
-    from acf_jax.designs.speed import Speeds
-    from acf_jax.inference.observations import Observations
-    from acf_jax.recording import Impacts, Mapping, Session
-    from acf_jax.recording.rig import RigFile
     from acf_jax.report.run_page import Outcome
-    from acf_jax.safety.check import Answer, Checker
     from acf_jax.safety.limits import BodyArea, Limits
 
 EXAMPLES = """
@@ -32,8 +25,7 @@ Examples:
   python -m acf_jax run session.mcap --rig rig.yaml --limit 140 --out result
   python -m acf_jax run session.mcap --rig rig.yaml --limit 140 --out result --area palm --stop-after 0.05
 """
-DATA, DIAGNOSIS, PAGE = "data", "diagnosis", "index.html"  # in the run's folder
-LEVELS = 4  # pretensions that are asked for at most
+DATA, PAGE = "data", "index.html"  # as in acf_jax.pipeline, which is slow to import
 
 
 @click.command(epilog=EXAMPLES)
@@ -50,6 +42,7 @@ LEVELS = 4  # pretensions that are asked for at most
     "--area", help="Number or name of a body area: may it be clamped at the fastest speed that was tried?"
 )
 @ending_options
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     recording: Path,
@@ -57,6 +50,7 @@ def command(
     limit: float,
     out: Path,
     area: str | None,
+    overwrite: bool,
     as_json: bool,
     **given: Any,
 ) -> None:
@@ -71,171 +65,72 @@ def command(
     """
     told = {name: given.pop(name) for name in OPTIONS}
     other, mapping = given.pop("other"), given.pop("mapping")
-    asked, known, chosen = _asked(out, rig, limit, area, told, mapping, given)
+    faults = _of_folder(out, overwrite)
+    limits, areas, ending = _asked(faults, limit, area, told)
 
-    from acf_jax.recording import read_session
+    from acf_jax.recording import read_mapping, read_session
+    from acf_jax.recording.rig import read_rig_file
 
+    known = collected(faults, lambda: read_rig_file(rig))
+    chosen = collected(faults, lambda: read_mapping(mapping, given))
+    if faults or known is None or chosen is None:
+        raise InputError(faults)
     with counts() as count:
         session = read_session(recording, chosen, partial(count, "reading"), other)
 
     from acf_jax.start import start_jax
 
     start_jax()
-    from acf_jax.files import write_text
+    from acf_jax import pipeline
     from acf_jax.folders import whole_folder
-    from acf_jax.report.run_page import run_page
 
-    with whole_folder(out, _earlier(out)) as folder:
-        run = _follow(folder, out, asked, session, chosen, known)
-        write_text(folder / PAGE, run_page(run))
+    question = pipeline.Question(limit, limits, areas, ending)
+    made = origin(session.digests())
+    with whole_folder(out, pipeline.written(of_import(out / DATA))) as folder:
+        outcome = pipeline.run(folder, out, question, session, chosen, known, made, stages, counted)
     if as_json:
-        echo_json(_document(run, out))
+        echo_json(_document(outcome, out))
     else:
-        click.echo(_text(run, out))
-    if run.stopped:
-        raise TooLittleData(run.stopped)
-    if not run.is_allowed:
+        click.echo(_text(outcome, out))
+    if outcome.stopped:
+        raise TooLittleData(outcome.stopped)
+    if not outcome.is_allowed:
         raise click.exceptions.Exit(1)
 
 
-class _Asked(NamedTuple):
-    """The question, looked at."""
+def _of_folder(out: Path, overwrite: bool) -> list[str]:
+    """What is wrong with the folder of the results."""
+    from acf_jax.folders import recover
 
-    limit: float  # N
-    limits: "Limits"
-    areas: "tuple[BodyArea, ...]"  # none: no check is asked for
-    ending: "Ending"
+    if out.exists() and not out.is_dir():
+        return [f"--out {out}: is a file; name a folder"]
+    recover(out)
+    results = [
+        out / PAGE,
+        *(out / "diagnosis" / name for name in ("diagnosis.json", "model.json", "report.html")),
+    ]
+    return [*foreign(out / DATA, out, overwrite), *foreign_files(results, overwrite)]
 
 
 def _asked(
-    out: Path,
-    rig: Path,
-    limit: float,
-    area: str | None,
-    told: dict[str, float | None],
-    mapping: Path | None,
-    signals: dict[str, Any],
-) -> "tuple[_Asked, RigFile, Mapping]":
-    """Question, rig and signals; `InputError` with the faults of all of them."""
+    faults: list[str], limit: float, area: str | None, told: dict[str, float | None]
+) -> "tuple[Limits, tuple[BodyArea, ...], Ending]":
+    """The limits of body areas, the areas that are asked about, and how the contact ends; adds to `faults`."""
     from acf_jax.dataset.units import value_fault
-    from acf_jax.folders import recover
-    from acf_jax.recording import read_mapping
-    from acf_jax.recording.rig import read_rig_file
     from acf_jax.safety.limits import read_limits
 
-    recover(out)
-    faults = list(filter(None, [value_fault("limit", limit, "--limit")]))
-    if out.exists() and not out.is_dir():
-        faults.append(f"--out {out}: is a file; name a folder")
-    faults += foreign(out / DATA, out)
+    faults += filter(None, [value_fault("limit", limit, "--limit")])
     ending, wrong = make_ending(**told)
     faults += wrong
     if area is None:
         alone = [OPTIONS[name] for name, value in told.items() if value is not None]
         faults += [f"{name} belongs to --area; name the area, or remove it" for name in alone]
     limits = read_limits()
-    areas: tuple[BodyArea, ...] = ()
     try:
-        areas = limits.find(area) if area is not None else ()
+        return limits, limits.find(area) if area is not None else (), ending
     except InputError as error:
         faults += [fault.replace("body area", "--area", 1) for fault in error.faults]
-    known = collected(faults, lambda: read_rig_file(rig))
-    chosen = collected(faults, lambda: read_mapping(mapping, signals))
-    if faults or known is None or chosen is None:
-        raise InputError(faults)
-    return _Asked(limit, limits, areas, ending), known, chosen
-
-
-def _follow(
-    folder: Path, out: Path, asked: _Asked, session: "Session", chosen: "Mapping", known: "RigFile"
-) -> "Outcome":
-    """One step after the other, as far as they lead; their files in `folder`, which will be `out`."""
-    from acf_jax.contact.read import of_diagnosis
-    from acf_jax.diagnosis import diagnose
-    from acf_jax.diagnosis.results import gap_model
-    from acf_jax.recording.words import found
-    from acf_jax.report import save_diagnosis
-    from acf_jax.report.run_page import Outcome
-
-    impacts, data = _import(folder / DATA, out / DATA, session, chosen, known)
-    run = Outcome(session.path.name, asked.limit, found(impacts), impacts.faults)
-    if data is None:
-        return run
-    with stages() as progress:
-        try:
-            diagnosis = diagnose(data, progress=progress)
-        except InputError as error:  # too few trials that can be used
-            return run._replace(stopped=error.faults)
-        progress("writing the report")
-        save_diagnosis(folder / DIAGNOSIS, diagnosis)
-    run = run._replace(diagnosis=diagnosis)
-    model = of_diagnosis(gap_model(diagnosis), source=str(out / DIAGNOSIS / "model.json"))
-    try:
-        model.check_carried()
-    except TooLittleData as refusal:
-        return run._replace(stopped=refusal.faults)
-    run = run._replace(speeds=_speeds(model, asked, diagnosis.observations))
-    return run._replace(check=_check(model, asked, diagnosis.observations)) if asked.areas else run
-
-
-def _import(
-    folder: Path, name: Path, session: "Session", chosen: "Mapping", known: "RigFile"
-) -> "tuple[Impacts, GapDataset | None]":
-    """The impacts, and the data set that came of them; `name`: what its page calls its folder."""
-    from acf_jax.files import write_text
-    from acf_jax.folders import whole_folder
-    from acf_jax.recording import Refused, find_impacts
-    from acf_jax.recording.page import import_page
-    from acf_jax.recording.write import write_impacts
-
-    try:
-        impacts = find_impacts(session, chosen.contacts, known.prior)
-        with whole_folder(folder) as scratch:
-            data = write_impacts(scratch, impacts, known)
-            write_text(scratch / CUTS, import_page(impacts, None, str(name)))
-    except Refused as refusal:
-        write_text(folder / CUTS, import_page(refusal.impacts, None, str(name)))
-        return refusal.impacts, None
-    assert data is not None  # a rig was given
-    return impacts, replace(data, folder=name)
-
-
-def _speeds(
-    model: "ContactModel", asked: _Asked, tried: "Observations"
-) -> "tuple[tuple[float, Speeds], ...]":
-    """The answers at pretensions that were tried: all, or four from the lowest to the highest."""
-    import numpy as np
-
-    from acf_jax.designs.asked import Asked
-    from acf_jax.designs.speed import find_speeds
-
-    levels = np.unique(tried.f_p)
-    if levels.size > LEVELS:
-        levels = levels[np.linspace(0, levels.size - 1, LEVELS).round().astype(int)]
-    return tuple(
-        (f_p, find_speeds(model, Asked(f_p, (asked.limit,)))) for f_p in counted(levels.tolist(), "speeds")
-    )
-
-
-def _check(model: "ContactModel", asked: _Asked, tried: "Observations") -> "tuple[Answer, Checker, Limits]":
-    """The clamped contact at the fastest speed that was tried, with the highest pretension that was tried with it."""
-    from acf_jax.safety.check import Checker
-    from acf_jax.safety.situation import Situation
-
-    v_e, f_p = max(zip(tried.v_e.tolist(), tried.f_p.tolist(), strict=True))
-    checker = Checker(model, None)
-    return (
-        checker(Situation("", asked.areas, "quasi_static", v_e, f_p, ending=asked.ending)),
-        checker,
-        asked.limits,
-    )
-
-
-def _earlier(out: Path) -> list[str]:
-    """The files of an earlier run."""
-    data = ["dataset.yaml", "trials.csv", CUTS, REFUSED, *traces_of(out / DATA / "trials.csv", "contact_s")]
-    found = ("diagnosis.json", "model.json", "report.html")
-    return [PAGE, *(f"{DATA}/{name}" for name in data), *(f"{DIAGNOSIS}/{name}" for name in found)]
+        return limits, (), ending
 
 
 def _text(run: "Outcome", out: Path) -> str:
@@ -243,9 +138,8 @@ def _text(run: "Outcome", out: Path) -> str:
     from acf_jax.report.run_page import contact_lines
     from acf_jax.report.speed_text import lines_of
 
-    lines = list(run.found)
-    if run.diagnosis is not None:
-        lines.append(told(run.diagnosis))
+    lines = [*run.found, *(told(run.diagnosis).splitlines() if run.diagnosis else [])]
+    lines = list(dict.fromkeys(lines))  # the import and the diagnosis say the same of sound data
     if run.speeds:
         lines += [f"Highest velocity within {run.limit:g} N at the pretensions that were tried:"]
         lines += lines_of("pretension", [(f_p, speeds.found[0]) for f_p, speeds in run.speeds])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from acf_jax.cli._origin import OVERWRITE, foreign_files, origin
 from acf_jax.cli._seed import SEED
 from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError, collected
@@ -41,6 +42,7 @@ Examples:
 )
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of samples, weights and batches.")
 @click.option("--resume", is_flag=True, help="Go on from the run's last checkpoint.")
+@OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: metrics.json.")
 def command(
     diagnosis: Path,
@@ -50,6 +52,7 @@ def command(
     steps: int,
     seed: int,
     resume: bool,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Train a surrogate of the corrected model that `diagnose` left in DIAGNOSIS.
@@ -62,6 +65,7 @@ def command(
     faults = []
     if out.exists() and not out.is_dir():
         faults.append(f"--out {out}: is a file; name a folder")
+    faults += foreign_files((out / name for name in ("model.eqx", "report.html", "metrics.json")), overwrite)
     spans = {name: span for text in ranges if (found := _span(text, faults)) for name, span in [found]}
     file = collected(faults, lambda: ModelFile(diagnosis))
     if file and (not file.is_diagnosis or file.is_trained):
@@ -75,10 +79,13 @@ def command(
     start_jax()
     from acf_jax.cli._training import train
     from acf_jax.gap_model import read_model
+    from acf_jax.provenance import digest_of
     from acf_jax.training.default import default_config
 
     path, gap = file.path, read_model(file.path)
     code = train(lambda: default_config(gap, path, out, spans, samples, steps, seed), resume, as_json)
+    if not code:
+        origin({str(path): digest_of(path)}).write(out)
     if code:
         raise click.exceptions.Exit(code)
 

@@ -10,6 +10,7 @@ from acf_jax.diagnosis.shrinkage import Shrinkage
 from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.parameters import Explanation, parameters
+from acf_jax.provenance import PROGRAM
 
 SCHEMA = "acf-gap-diagnosis/1"
 LISTED = 1e-4  # explanations below this probability are not listed one by one
@@ -70,6 +71,8 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
         ],
         "excluded_trials": [{"trial": name, "reason": reason} for name, reason in d.excluded.items()],
         "warnings": list(d.warnings),
+        "made_by": PROGRAM,
+        "data_sha256": d.dataset.digest,
     }
 
 

@@ -16,6 +16,7 @@ from acf_jax.files import write_text
 from acf_jax.gap_model import LATEST_S, SCHEMA, GapModel, Lack, Proposed, Variant, Verdict, write_model
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.parameters import delays, is_free_curve, parameters
+from acf_jax.provenance import PROGRAM
 
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
 
@@ -76,6 +77,8 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         recalibrated_form_error=d.form_error["recalibrated"],
         lack=_lack(d),
         next_experiment=_proposed(d.next_experiment),
+        made_by=PROGRAM,
+        data_sha256=d.dataset.digest,
     )
 
 

@@ -18,8 +18,12 @@ BUCKETS = 3000  # of the whole recording; each shows its least and largest sampl
 MOST = 300  # cuts that the page carries sample by sample
 
 
-def import_page(impacts: Impacts, review: str | None, dataset: str) -> str:
-    """The page. `review`, `dataset`: where cuts.yaml, if there is one, and the data set lie, as the user calls them."""
+def import_page(impacts: Impacts, review: str | None, dataset: str, origin: str = "") -> str:
+    """The page.
+
+    **Arguments:** `review`, `dataset`: where cuts.yaml, if there is one, and the data set lie, as the user calls them.
+    `origin`: how it came about.
+    """
     name = impacts.session.path.name
     cut = impacts.cuts
     parts = [
@@ -39,7 +43,7 @@ def import_page(impacts: Impacts, review: str | None, dataset: str) -> str:
     foot = element(
         "p",
         f"acf-jax {__version__}. SI units; positive force compresses, positive velocity approaches; time 0 of a cut is"
-        " first contact.",
+        f" first contact. {origin}",
         class_="muted",
     )
     return page(f"Import of {name}", _head(impacts), [part for part in parts if part], foot)

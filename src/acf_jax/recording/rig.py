@@ -11,6 +11,7 @@ from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
 
 MEASURED = ("contact_velocity_rel_std", "pretension_rel_std")  # of `measurement`, by an import
+BY_IMPORT = "impacts cut from "  # begins a description that an import wrote
 TEMPLATE = """\
 rig:  # fill in: what is known of the rig, each value with its standard deviation (docs/data_format.md)
   moving_mass_kg:             {value: , std: }
@@ -48,7 +49,7 @@ def read_rig_file(path: Path) -> RigFile:
 def earlier_rig(path: Path) -> RigFile | None:
     """The rig in the dataset.yaml of an earlier import; None where nothing of its template is filled in.
 
-    Scatter that it states was measured then, and is measured anew.
+    Scatter that it states was measured then, and is measured anew; a description that an import wrote is renewed.
     """
     document = read_yaml_mapping(path)
     rig = document.get("rig")
@@ -59,7 +60,10 @@ def earlier_rig(path: Path) -> RigFile | None:
         return None
     found = _checked(path, document)
     stated = {key: value for key, value in found.measurement.items() if key not in MEASURED}
-    return replace(found, measurement=stated, description=str(document.get("description") or ""))
+    description = str(document.get("description") or "")
+    if description.startswith(BY_IMPORT):
+        description = ""  # is of the recording that was cut then
+    return replace(found, measurement=stated, description=description)
 
 
 def _checked(path: Path, document: dict[str, Any]) -> RigFile:

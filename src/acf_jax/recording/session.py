@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from acf_jax.errors import InputError
+from acf_jax.provenance import digest_of
 from acf_jax.recording.choose import Chosen, choose
 from acf_jax.recording.clock import settle, to_clock_of
 from acf_jax.recording.mapping import Mapping, Source
@@ -27,12 +28,17 @@ class Session:
     scales: dict[str, float] = field(default_factory=dict)  # stated before the names, by role
     elsewhere: dict[str, int] = field(default_factory=dict)  # which other recording a role is read from
     apart: frozenset[str] = frozenset()  # those of them whose clock is not known to be that of the force
+    others: tuple[Path, ...] = ()  # further recordings
     clock_std: float = 0.0  # s, of where the speed lies on the clock of the force
 
     @property
     def duration(self) -> float:
         """Of the force signal, s."""
         return float(self.force.time[-1] - self.force.time[0]) * 1e-9
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of each recording behind it, by its path."""
+        return {str(path): digest_of(path) for path in dict.fromkeys([self.path, *self.others])}
 
     def where(self, role: str) -> str:
         """File and signal in words, for messages."""
@@ -71,6 +77,7 @@ def read_session(
         chosen = choose(opened, mapping)
         places, sources = chosen.places, chosen.sources
         labels = {role: opened[places[role]].described(source) for role, source in sources.items()}
+        others = tuple(one.path for one in opened if not one.is_first)
         raw: dict[str, Series] = {}
         for place, one in enumerate(opened):
             if own := {role: source for role, source in sources.items() if places[role] == place}:
@@ -105,6 +112,7 @@ def read_session(
         notes=tuple(dict.fromkeys(notes)),
         scales={role: source.scale for role, source in sources.items()},
         elsewhere={role: place for role, place in places.items() if place},
+        others=others,
         apart=frozenset(role for role in free if places[role]),
     )
 

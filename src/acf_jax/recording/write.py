@@ -13,8 +13,9 @@ from acf_jax.files import write_text
 from acf_jax.recording.cut import Cut
 from acf_jax.recording.impacts import Impacts, Refused
 from acf_jax.recording.review import AUTO, Entry, review_text
-from acf_jax.recording.rig import MEASURED, TEMPLATE, RigFile
+from acf_jax.recording.rig import BY_IMPORT, MEASURED, TEMPLATE, RigFile
 
+CUTS, REFUSED = "import.html", "import_refused.html"  # the pages of an import, in its data set's folder
 COLUMNS = (
     "trial,contact_velocity_m_per_s,pretension_n,peak_force_n,trace,"
     "measured_velocity_m_per_s,measured_velocity_std_m_per_s,measured_pretension_n,contact_s"
@@ -71,7 +72,7 @@ def entry_of(impacts: Impacts, cut: Cut, keep: bool | None) -> Entry:
 
 
 def _description(impacts: Impacts, rig: RigFile | None) -> str:
-    own = (rig.description if rig else "") or f"impacts cut from {impacts.session.path.name}"
+    own = (rig.description if rig else "") or f"{BY_IMPORT}{impacts.session.path.name}"
     head = yaml_text({"schema": SCHEMA, "description": own})
     measured = zip(MEASURED, (impacts.velocity_spread, impacts.pretension_spread), strict=True)
     spread = {key: min(value, 0.25) for key, value in measured if value is not None}

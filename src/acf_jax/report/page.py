@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 from plotly.offline import get_plotlyjs
 
+from acf_jax.provenance import PROGRAM
 from acf_jax.report.markup import Html, element, escape, join, section
+from acf_jax.style import stylesheet
 
 
 class Part(NamedTuple):
@@ -44,11 +46,12 @@ def page(title: str, head: Html, parts: Sequence[Part], foot: Html) -> str:
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta name="generator" content="{PROGRAM}">
 <meta http-equiv="Content-Security-Policy" content="{policy}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{escape(title)}</title>
 <style>
-{(folder / "page.css").read_text("utf-8")}</style>
+{stylesheet()}</style>
 </head>
 <body>
 <a class="skip" href="#main">Skip to the results</a>

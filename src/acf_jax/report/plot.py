@@ -1,6 +1,6 @@
 """Interactive figures: Plotly's own JSON beside an empty element, drawn by page.js.
 
-A colour is named as in page.css ("--corrected"), so that one figure serves a light and a dark page.
+A colour is named as in style.css ("--corrected"), so that one figure serves a light and a dark page.
 """
 
 import html

@@ -11,7 +11,8 @@ from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.report import check_text, speed_text
 from acf_jax.report.markup import Html, bullets, details, element, join, table
 from acf_jax.report.page import page, part
-from acf_jax.report.words import VERDICTS, advice, doubts, made_of, shrunk, verdict
+from acf_jax.report.trusted import trusted
+from acf_jax.report.words import VERDICTS, advice, doubts, made_of, shrunk, trust, verdict
 from acf_jax.safety.check import Answer, Checker
 from acf_jax.safety.limits import Limits
 
@@ -41,14 +42,14 @@ class Outcome(NamedTuple):
         return tuple(dict.fromkeys(note for _, speeds in self.speeds for note in speeds.notes))
 
 
-def run_page(run: Outcome) -> str:
-    """The page."""
+def run_page(run: Outcome, origin: str = "") -> str:
+    """The page; `origin`: how it came about."""
     d = run.diagnosis
     steps = [element("span", element("a", "Every cut of the recording", href=IMPORT), f": {run.found[0]}")]
     if d is not None:
         link = element("a", "The whole diagnosis", href=REPORT)
         steps.append(element("span", link, f": {made_of(d)}" if made_of(d) else ""))
-    remarks = [*run.found[1:], *(doubts(d) if d else [])]
+    remarks = list(dict.fromkeys([*run.found[1:], *(doubts(d) if d else [])]))
     parts = [
         part("stopped", "Stopped", "Why the run went no further", bullets(run.stopped) if run.stopped else None),
         part("speeds", "Speeds", f"Highest velocity within {run.limit:g} N", _speeds(run)),
@@ -58,7 +59,7 @@ def run_page(run: Outcome) -> str:
             details("Remarks", bullets(remarks)) if remarks else None,
         ),
     ]  # fmt: skip
-    foot = element("p", f"acf-jax {__version__}. SI units.", class_="muted")
+    foot = element("p", f"acf-jax {__version__}. SI units. {origin}", class_="muted")
     return page(f"Allowed speeds: {run.recording}", _head(run), [p for p in parts if p], foot)
 
 
@@ -74,6 +75,7 @@ def _head(run: Outcome) -> Html:
     return join(
         [
             title,
+            trusted(trust(d)),
             element("p", element("span", f"{tag}: ", class_=f"tag {mood}"), says, class_="verdict"),
             *lines,
         ]

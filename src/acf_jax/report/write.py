@@ -8,6 +8,7 @@ from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.results import write_results
 from acf_jax.files import write_text
 from acf_jax.folders import whole_folder
+from acf_jax.provenance import Origin
 from acf_jax.report import (
     composition,
     design,
@@ -27,18 +28,23 @@ from acf_jax.report.outlook import outlook
 from acf_jax.report.page import page, part
 
 
-def save_diagnosis(folder: Path, diagnosis: Diagnosis) -> dict[str, Any]:
-    """Write diagnosis.json, model.json and report.html into `folder`, all or none; the content of diagnosis.json."""
+def save_diagnosis(folder: Path, diagnosis: Diagnosis, origin: Origin) -> dict[str, Any]:
+    """Write diagnosis.json, model.json, report.html and provenance.json into `folder`, all or none.
+
+    **Returns:** the content of diagnosis.json.
+    """
     with whole_folder(folder) as scratch:
         content = write_results(scratch, diagnosis)
-        write_report(scratch / "report.html", diagnosis, content)
+        write_report(scratch / "report.html", diagnosis, content, str(origin))
+        origin.write(scratch)
     return content
 
 
-def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> None:
+def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any], origin: str = "") -> None:
     """Write the page of a diagnosis.
 
-    **Arguments:** `path`: of the HTML file. `content`: of `diagnosis.json`, whose figures the page shows.
+    **Arguments:** `path`: of the HTML file. `content`: of `diagnosis.json`, whose figures the page shows. `origin`:
+    how it came about.
     """
     d = diagnosis
     look = outlook(d)
@@ -71,7 +77,8 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any]) -> N
     foot = element(
         "p",
         f"acf-jax {__version__}. The figures are those of diagnosis.json beside this page; ‘unseen conditions’ means"
-        " cross-validation by condition. SI units; positive x compresses the flange; time 0 is first contact.",
+        " cross-validation by condition. SI units; positive x compresses the flange; time 0 is first contact."
+        f" {origin or f'Data set {d.dataset.folder.name}, SHA-256 {d.dataset.digest[:12]}.'}",
         class_="muted",
     )
     title = f"Sim-to-real gap: {d.dataset.folder.name}"
