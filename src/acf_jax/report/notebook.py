@@ -1,13 +1,15 @@
-"""The report's figures for a notebook or a script: Plotly's own figures, in the colours of a light page."""
+"""The report's figures for a notebook or a script: Plotly's own figures.
 
-import re
-from functools import cache
-from importlib.resources import files
+They are light, or dark where Plotly's default template is: `plotly.io.templates.default = "plotly_dark"`.
+"""
+
 from typing import Any
 
 import plotly.graph_objects as go
+import plotly.io as pio
 
 from acf_jax.report.plot import Drawn, Variant, plain
+from acf_jax.style import colours
 
 CHOOSER = 40  # pixels that the choice among variants takes above the figure
 TITLE = 60
@@ -40,9 +42,9 @@ def to_plotly(drawn: Drawn) -> go.Figure:
 
 
 def coloured(value: Any) -> Any:
-    """The value with every name of a colour in page.css replaced by what a light page shows."""
+    """The value with every name of a colour in style.css replaced by the colour."""
     if isinstance(value, str):
-        return _colours()[value] if value.startswith("--") else value
+        return colours(_is_dark())[value] if value.startswith("--") else value
     if isinstance(value, dict):
         return {key: coloured(item) for key, item in value.items()}
     return [coloured(item) for item in value] if isinstance(value, list | tuple) else value
@@ -54,7 +56,9 @@ def _layout(drawn: Drawn, variant: Variant) -> dict[str, Any]:
     own = {key: None for v in figure.variants for key in v.layout}
     top = TITLE + (2 * CHOOSER if len(figure.variants) > 1 else CHOOSER)
     base = {
-        "template": "plotly_white",
+        "template": "plotly_dark" if _is_dark() else "plotly_white",
+        "paper_bgcolor": "--page",
+        "plot_bgcolor": "--page",
         "title": {"text": figure.title, "y": 0.98, "yanchor": "top"},
         "height": figure.height + top,
         "margin": {"l": 60, "r": 20, "t": top, "b": 50},
@@ -65,8 +69,5 @@ def _layout(drawn: Drawn, variant: Variant) -> dict[str, Any]:
     return layout
 
 
-@cache
-def _colours() -> dict[str, str]:
-    style = (files("acf_jax.report") / "page.css").read_text("utf-8")
-    light = style[style.index(":root {") : style.index("}")]
-    return dict(re.findall(r"(--[\w-]+): ([^;]+);", light))
+def _is_dark() -> bool:
+    return "dark" in str(pio.templates.default)

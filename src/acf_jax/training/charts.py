@@ -7,7 +7,7 @@ from html import escape
 from math import ceil, floor, isfinite, log10
 
 WIDTH, HEIGHT = 360, 250
-LEFT, RIGHT, TOP, BOTTOM = 50, 20, 10, 40
+LEFT, RIGHT, TOP, BOTTOM = 62, 20, 10, 40
 
 # Dark to bright, even steps in lightness, safe for colour-blind readers (a short viridis).
 _RAMP = ((68, 1, 84), (65, 68, 135), (42, 120, 142), (34, 168, 132), (122, 209, 81), (253, 231, 37))
@@ -59,7 +59,7 @@ def chart(title: str, series: Sequence[Series], x: Axis, y: Axis) -> str:
             for a, b in zip(one.x, one.y, strict=True)
             if (a > 0 or not x.log) and (b > 0 or not y.log)
         ]
-        if one.style == "points":
+        if one.style == "points" or len(points) == 1:  # a line of one point is not seen
             parts += [
                 f'<circle class="c{one.colour} dot" cx="{a:.1f}" cy="{b:.1f}" r="4.5"/>' for a, b in points
             ]

@@ -9,6 +9,8 @@ from acf_jax.training.charts import Axis, Series, chart, power
 from acf_jax.training.config import CorrectedConfig
 from acf_jax.training.report import lowered, show_cards, show_run, table, write_page
 
+SYMBOLS = ("k_f", "k_c", "v_e", "f_p")
+
 
 def write_corrected_report(
     path: Path,
@@ -19,14 +21,14 @@ def write_corrected_report(
     timings: dict[str, float],
 ) -> None:
     """Write report.html from what metrics.json and timings.json hold."""
+    head = _headline(config, effects, metrics, timings)
     parts = [
-        _headline(config, effects, metrics, timings),
         _errors(config, metrics),
         _box(domain),
         _worst(metrics),
         _run(config, metrics, timings),
     ]
-    write_page(path, config.output.name, parts)
+    write_page(path, config.output.name, head, parts)
 
 
 def _headline(
@@ -61,9 +63,9 @@ def _headline(
     force = "contact force" if config.labels.force == "contact" else "force that the sensor reads"
     model = escape(" and ".join(effects) or "no effect")
     return (
-        f"<header><p>acf-jax · {escape(config.output.name)}</p><h1>Peak {force}, by a network</h1>"
+        f'<header><h1>Surrogate {escape(config.output.name)}</h1><p class="verdict">Peak {force}, by a network</p>'
         f"<p>Trained on simulations of the corrected model ({model}) and judged against them, on samples that training "
-        f"never saw.</p></header>{show_cards(cards)}"
+        f"never saw.</p>{show_cards(cards)}</header>"
     )
 
 
@@ -107,7 +109,7 @@ def _errors(config: CorrectedConfig, metrics: dict[str, Any]) -> str:
 
 def _box(domain: Domain) -> str:
     rows = [
-        [escape(name), f"{low:.5g}", f"{high:.5g}", escape(unit)]
+        [_called(name), f"{low:.5g}", f"{high:.5g}", escape(unit)]
         for name, low, high, unit in zip(domain.names, domain.low, domain.high, domain.units, strict=True)
     ]
     return f"<h2>The box</h2>{table(('quantity', 'from', 'to', 'unit'), rows)}"
@@ -116,8 +118,14 @@ def _box(domain: Domain) -> str:
 def _worst(metrics: dict[str, Any]) -> str:
     names = list(metrics["worst"][0])
     rows = [[f"{row[name]:.4g}" for name in names] for row in metrics["worst"]]
-    head = [lowered(escape(name.split(".")[-1].replace("_", " "))) for name in names]
+    head = [_called(name) for name in names]
     return "<h2>The ten worst samples</h2>" + table(head, rows)
+
+
+def _called(name: str) -> str:
+    """A quantity as it is printed: symbols such as k_c with their index set low, other names in words."""
+    own = name.split(".")[-1]
+    return lowered(escape(own)) if own in SYMBOLS else escape(own.replace("_", " "))
 
 
 def _run(config: CorrectedConfig, metrics: dict[str, Any], timings: dict[str, float]) -> str:

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from acf_jax.files import write_text
+from acf_jax.provenance import PROGRAM
+from acf_jax.style import stylesheet
 from acf_jax.surrogate.features import FEATURES
 from acf_jax.training.charts import Axis, Series, chart, colour_bar, decades, heat_map, power
 from acf_jax.training.config import AnyConfig, Config, to_yaml
@@ -27,25 +29,41 @@ _TITLES = {
 
 def write_report(path: Path, config: Config, metrics: dict[str, Any], timings: dict[str, float]) -> None:
     """Write report.html from what metrics.json and timings.json hold."""
+    head = _headline(config, metrics, timings)
     parts = [
-        _headline(config, metrics, timings),
         _features(config, metrics),
         _table1(metrics) if metrics["table1"] else "",
         _where(config, metrics),
         _worst(metrics),
         _run(config, metrics, timings),
     ]
-    write_page(path, config.output.name, parts)
+    write_page(path, config.output.name, head, parts)
 
 
-def write_page(path: Path, name: str, parts: Sequence[str]) -> None:
-    """Write one self-contained HTML file."""
+def write_page(path: Path, name: str, head: str, parts: Sequence[str]) -> None:
+    """Write one self-contained HTML file: head, sections, foot."""
     write_text(
         path,
-        '<!doctype html><html lang="en"><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>Peak force surrogate: {escape(name)}</title>"
-        f"<style>{_STYLE.read_text(encoding='utf-8')}</style>{''.join(parts)}</html>\n",
+        f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="generator" content="{PROGRAM}">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>Peak force surrogate: {escape(name)}</title>
+<style>
+{stylesheet()}{_STYLE.read_text(encoding="utf-8")}</style>
+</head>
+<body>
+{head}
+<main>
+{"".join(f"<section>{part}</section>" for part in parts if part)}
+</main>
+<footer><p class="muted">{PROGRAM}. SI units.</p></footer>
+</body>
+</html>
+""",
     )
 
 
@@ -70,19 +88,20 @@ def _headline(config: Config, metrics: dict[str, Any], timings: dict[str, float]
         (f"{100 * share:.2g} %", "of the box has no peak: set apart, counted, refused by the surrogate", ""),
     )
     return (
-        f"<header><p>acf-jax · {escape(config.output.name)}</p><h1>Peak contact force, by a network</h1>"
+        f"<header><h1>Surrogate {escape(config.output.name)}</h1>"
+        '<p class="verdict">Peak contact force, by a network</p>'
         "<p>Trained on the analytic model's peak force and judged against it, on samples that training never "
         f"saw. Feature set: <b>{config.features}</b> ({lowered(FEATURES[config.features].meaning)}).</p>"
-        f"</header>{show_cards(cards)}"
+        f"{show_cards(cards)}</header>"
     )
 
 
 def show_cards(cards: Sequence[tuple[str, str, str]]) -> str:
     """Figures with what they mean: value, text, kind."""
     shown = (
-        f'<div class="card {kind}"><b>{value}</b><span>{text}</span></div>' for value, text, kind in cards
+        f'<div><dd class="value {kind}">{value}</dd><dt>{text}</dt></div>' for value, text, kind in cards
     )
-    return f'<div class="cards">{"".join(shown)}</div>'
+    return f'<dl class="tiles">{"".join(shown)}</dl>'
 
 
 def _features(config: Config, metrics: dict[str, Any]) -> str:
@@ -197,7 +216,7 @@ def _where(config: Config, metrics: dict[str, Any]) -> str:
         "<h2>Where the error is</h2><p>The largest error in each cell of the dimensionless groups; cells "
         "without colour hold no sample with a peak.</p>"
         f"{colour_bar('largest relative error in a cell', span)}"
-        f'<div class="figures wide">{maps}{steps}</div>'
+        f'<div class="figures many">{maps}{steps}</div>'
         "<p class=note>The bound is the largest error that held-out samples had at this distance from the "
         "fold or farther: experience, not proof. On the fresh samples (even density, and dense at the edges) "
         f"{above} were above it.</p>"
@@ -251,4 +270,4 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """An HTML table; the cells are HTML already."""
     top = "".join(f"<th>{lowered(cell)}</th>" for cell in head)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    return f'<div class="table"><table><tr>{top}</tr>{body}</table></div>'
+    return f'<div class="numbers"><table><tr>{top}</tr>{body}</table></div>'
