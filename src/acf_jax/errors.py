@@ -1,9 +1,8 @@
 """The one error that a user's input can cause."""
 
 import difflib
-import re
 import reprlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 Result = TypeVar("Result")
@@ -16,7 +15,7 @@ class InputError(ValueError):
     """
 
     def __init__(self, faults: Sequence[str] | str):
-        listed = _merged([faults] if isinstance(faults, str) else faults)
+        listed = [faults] if isinstance(faults, str) else list(dict.fromkeys(faults))
         if (rest := len(listed) - _MOST) > 0:
             listed[_MOST:] = [f"{rest:,} more faults are not shown; correct these first"]
         self.faults = [one_line(fault) for fault in listed]
@@ -37,26 +36,31 @@ def collected(faults: list[str], read: Callable[[], Result]) -> Result | None:
 
 
 _MOST = 100  # faults of an input that are listed
-_MISSING = re.compile(r"(.+?): (no such file; .*)", re.DOTALL)
-_NAMED = 3  # missing files that are named where more are missing
+_NAMED = 3  # inputs that are named where more have the same fault
 _LONGEST = 1000  # characters of a message; its end, the remedy, is kept
 
 
-def _merged(faults: Sequence[str]) -> list[str]:
-    """The faults with one line for all files that are missing in the same way, in place of a line a file."""
-    files: dict[str, list[str]] = {}
-    for fault in faults:
-        if found := _MISSING.fullmatch(fault):
-            files.setdefault(found[2], []).append(found[1])
+def merged(faults: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
+    """The faults of many inputs, with one line for a fault that more than three of them share, in place of a line each.
+
+    **Arguments:** `faults`: of each input its path and its faults, those of its files beginning with that path.
+    """
+    places: dict[tuple[str, str], list[str]] = {}  # by the file within its input, and what is wrong
+    for path, own in faults:
+        for fault in own:
+            inner, colon, what = fault.removeprefix(path).partition(": ")
+            is_within = bool(colon) and fault.startswith(path)
+            key = (inner, what) if is_within else ("", fault)
+            places.setdefault(key, []).append(f"{path}{inner}" if is_within else "")
+    lines = []
+    for (_, what), named in places.items():
+        if not named[0]:
+            lines.append(what)
+        elif len(named) > _NAMED:
+            lines.append(f"{', '.join(named[:_NAMED])} and {len(named) - _NAMED:,} more: {what}")
         else:
-            files[fault] = []
-    merged = []
-    for what, names in files.items():
-        if len(names) > _NAMED:
-            merged.append(f"{', '.join(names[:_NAMED])} and {len(names) - _NAMED:,} more: {what}")
-        else:
-            merged += [f"{name}: {what}" for name in names] or [what]
-    return merged
+            lines += [f"{place}: {what}" for place in named]
+    return lines
 
 
 def one_line(fault: str) -> str:

@@ -9,6 +9,8 @@ from click.testing import CliRunner
 
 from acf_jax.cli.main import commands
 from acf_jax.errors import InputError
+from acf_jax.gap_model import write_model
+from tests.corrected import gap_model
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 RIG = ["--m", "4", "--d", "0", "--k-f", "0", "--k-c", "175561"]
@@ -170,3 +172,19 @@ def test_identify_takes_a_trial_at_rest(run, tmp_path):
     table = tmp_path / "trials.csv"
     table.write_text("contact_velocity_m_per_s,pretension_n,peak_force_n\n0,100,101\n0.2,100,195\n")
     assert "sqrt(k_C m) = 837." in run("identify", table)
+
+
+def test_peak_draws_a_corrected_model(run, tmp_path):
+    (tmp_path / "model.json").write_text(write_model(gap_model()))
+    run(
+        "peak",
+        "--model",
+        tmp_path / "model.json",
+        "--f-p",
+        "60",
+        "--v-e",
+        "0.2",
+        "--plot",
+        tmp_path / "force.html",
+    )
+    assert "v = 0.2 m/s" in (tmp_path / "force.html").read_text()

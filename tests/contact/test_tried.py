@@ -21,3 +21,18 @@ TRIED = Tried((0.05004, 0.3493), (50.0, 90.0), ((0.05004, 50.0), (0.3493, 50.0),
 def test_what_reads_as_a_tried_value_was_tried(v_e, f_p, says):
     (found,) = TRIED.beyond(v_e, f_p) or ("",)
     assert says in found if says else not found
+
+
+@pytest.mark.parametrize("v_e, f_p, says", [
+    (0.35, 50.0, None),  # the command of the trial that ran at 0.3493 m/s
+    (0.3512, 50.0, None),
+    (0.353, 50.0, "v_e = 0.353 m/s lies outside the tried 0.05004 to 0.3493 m/s"),
+    (0.0497, 90.2, None),
+    (0.0493, 60.0, "v_e = 0.0493 m/s lies outside"),
+    (0.2, 91.0, "f_p = 91 N lies outside"),
+    (0.06, 90.2, "but not together"),
+])  # fmt: skip
+def test_what_a_trial_at_the_end_was_told_was_tried(v_e, f_p, says):
+    """Trials lie about what is commanded, by 0.25 % here."""
+    (found,) = TRIED._replace(spread=(0.0025, 0.002)).beyond(v_e, f_p) or ("",)
+    assert says in found if says else not found

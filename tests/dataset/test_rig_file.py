@@ -136,3 +136,16 @@ def test_faults_of_values_name_what_the_user_wrote(written, change, says):
     assert any(fault.startswith(str(path)) and says in fault for fault in faults), faults
     with pytest.raises(InputError):
         ModelFile(path)
+
+
+@pytest.mark.parametrize(
+    "key, meant", [("k_cc", "k_c"), ("contact_stifness_n_per_m", "contact_stiffness_n_per_m")]
+)
+def test_a_misspelt_parameter_is_one_fault(tmp_path, key, meant):
+    path = tmp_path / "rig.yaml"
+    lines = ["m: {value: 2, std: 0.1}", "d: {value: 60, std: 9}", "k_f: {value: 800, std: 90}"]
+    path.write_text("\n  ".join(["rig:", *lines, f"{key}: {{value: 3.4e5, std: 4.0e4}}"]) + "\n")
+    assert read_whole_rig(path)[1] == [f"{path} rig.{key}: is not known; did you mean {meant!r}?"]
+    with pytest.raises(InputError) as error:
+        read_description(path)
+    assert error.value.faults == [f"{path}: rig.{key}: is not known; did you mean {meant!r}?"]

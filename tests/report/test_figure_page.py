@@ -1,5 +1,6 @@
 """Figures that stand alone follow the colours that the reader prefers."""
 
+import numpy as np
 import pytest
 from needs import need_chromium, need_module
 
@@ -7,16 +8,17 @@ from acf_jax.contact.read import of_rig
 from acf_jax.designs.solve import design
 from acf_jax.designs.task import make_task
 from acf_jax.report.design_plot import write_design_plot
-from acf_jax.report.peak_plot import write_force_plot
+from acf_jax.report.peak_plot import model_curves, rig_curves, write_force_plot
 from acf_jax.training.charts import Axis, Series, chart
 from acf_jax.training.report import write_page
+from tests.corrected import gap_model
 
 RIG = {"m": 4.0, "d": 0.0, "k_f": 0.0, "k_c": 175561.0}
 
 
 def write_training(path):
     lines = [Series("error", [0.0, 1.0], [1.0, 2.0], 0)]
-    write_page(path, "run", [chart("Training", lines, Axis("step"), Axis("loss"))])
+    write_page(path, "run", "", [chart("Training", lines, Axis("step"), Axis("loss"))])
 
 
 def write_design(ranges, limit):
@@ -30,7 +32,26 @@ def write_design(ranges, limit):
 
 def write_peak(path):
     rows = [{"v_e": 0.1, "has_peak": True, "t_max": 3e-3, "f_max": 130.0}]
-    write_force_plot(path, RIG, rows, 100.0)
+    write_force_plot(path, rig_curves(RIG, rows, 100.0), rows)
+
+
+def test_a_force_is_drawn_until_contact_is_lost():
+    rows = [{"v_e": v, "has_peak": True, "t_max": 3e-3} for v in (0.05, 0.3)] + [
+        {"v_e": 0.2, "has_peak": False}
+    ]
+    rig = RIG | {"d": 60.0, "k_f": 2000.0}
+    for curve in [*rig_curves(rig, rows, 100.0), *model_curves(gap_model(), (0.05, 0.3), 60.0)]:
+        assert (curve.force >= 0.0).all() and (np.diff(curve.time) > 0.0).all()
+        assert curve.force.max() > curve.force[0] >= 60.0
+
+
+def test_lost_contact_lies_between_samples():
+    slow = rig_curves(RIG, [{"v_e": 0.3, "has_peak": True, "t_max": 9e-3}], 100.0)[0]
+    assert slow.force[-1] == 0.0
+    omega = np.sqrt(RIG["k_c"] / RIG["m"])  # F = F_P cos + (k_C v/omega) sin of an undamped rig without k_F
+    assert slow.time[-1] * omega == pytest.approx(
+        np.pi - np.arctan2(100.0, RIG["k_c"] * 0.3 / omega), rel=1e-4
+    )
 
 
 PAGES = {

@@ -144,6 +144,7 @@ def test_surrogate_and_exact_model_agree_and_the_exact_one_decides_near_the_limi
 
 def test_further_situations_do_not_compile_again(checker: Checker) -> None:
     checker(situation())
+    checker(situation("Kneecap", "quasi_static", f=70.0))  # until when the robot must have stopped, too
     with jax.log_compiles(), pytest.MonkeyPatch.context() as patch:
         patch.setattr("jax._src.compiler.compile_or_get_cached", None)  # compiling would fail
         for v in (0.11, 0.12):

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel, FiniteFloat
 
 from acf_jax.documents import MOST_BYTES, parse_json
-from acf_jax.errors import InputError
+from acf_jax.errors import InputError, merged
 from acf_jax.files import (
     read_bytes,
     read_json_mapping,
@@ -152,4 +152,5 @@ def _unpack(path: Path, content: bytes, names: list[str]) -> dict[str, Answer]:
 def _check_beside(folder: Path, names: list[str]) -> None:
     missing = [folder / name / ANSWER for name in sorted(names) if not (folder / name / ANSWER).is_file()]
     if missing:
-        raise InputError([f"{file}: no such file; write effects: [...] in it" for file in missing])
+        what = "no such file; write effects: [...] in it"
+        raise InputError(merged((str(file), [f"{file}: {what}"]) for file in missing))

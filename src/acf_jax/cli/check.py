@@ -14,8 +14,8 @@ from acf_jax.errors import InputError, collected
 EXAMPLES = """
 \b
 Examples:
-  python -m acf_jax check --model configs/check_rig.yaml --body-area palm --contact transient --v-e 0.2 --f-p 60
-  python -m acf_jax check --model result/model.json --situations configs/situations.csv --out verdicts.csv
+  python -m acf_jax check --model rig.yaml --body-area palm --contact transient --v-e 0.2 --f-p 60
+  python -m acf_jax check --model result/model.json --situations situations.csv --out verdicts.csv
 """
 NEEDED = ("--body-area", "--contact", "--v-e", "--f-p")
 
@@ -83,7 +83,7 @@ def command(
     """Check one contact, or a table of them, against the limits of body areas.
 
     Ends with exit code 0 where everything is allowed, 1 otherwise. A calculation replaces neither a measurement
-    nor a risk assessment. docs/safety.md explains the answer.
+    nor a risk assessment. The documentation's page on safety explains the answer.
     """
     from acf_jax.safety.limits import read_limits
     from acf_jax.safety.situation import CONFIDENCE, Contact, Situation, read_situations

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 EXAMPLES = """
 \b
 Examples:
-  python -m acf_jax design --config configs/design.yaml
-  python -m acf_jax design --config configs/design.yaml --plot design.html --json
+  python -m acf_jax design --config design.yaml
+  python -m acf_jax design --config design.yaml --plot design.html --json
 """
 
 
@@ -31,7 +31,7 @@ Examples:
 @OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(config: Path, plot: Path | None, overwrite: bool, as_json: bool) -> None:
-    """Design an impact within a force limit: docs/design.md explains the question and the answer.
+    """Design an impact within a force limit, as the documentation's page on design explains.
 
     Ends with exit code 1 where nothing in the ranges is feasible, after saying what would make it so, and where a
     scan of the ranges knows a better point than the search.

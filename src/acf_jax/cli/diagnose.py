@@ -27,7 +27,7 @@ def command(dataset: Path, out: Path, seed: int, overwrite: bool, as_json: bool)
     """Diagnose the sim-to-real gap of the data set in the folder DATASET.
 
     Writes OUT/diagnosis.json, OUT/report.html, OUT/model.json and OUT/provenance.json.
-    docs/data_format.md describes a data set.
+    `import` makes a data set of a recording.
     """
     from acf_jax.dataset import read_dataset
     from acf_jax.errors import InputError, collected

@@ -16,7 +16,7 @@ EXAMPLES = """
 \b
 Examples:
   python -m acf_jax export --c acf_peak.h
-  python -m acf_jax export --surrogate artifacts/wide_box/model.eqx --onnx peak.onnx --c peak.h
+  python -m acf_jax export --surrogate surrogate/model.eqx --onnx peak.onnx --c peak.h
 """
 
 
@@ -40,7 +40,7 @@ def command(
     """Write the exact peak force as C, or a trained surrogate as C and ONNX.
 
     A surrogate brings its range and its error bound along: outside the range it answers with a flag and an infinite
-    force. docs/export.md shows each in use.
+    force. The documentation's page on export shows each in use.
     """
     if faults := _faults(surrogate, header, network) + foreign_files((header, network), overwrite):
         raise InputError(faults)

@@ -58,7 +58,7 @@ def command(
     Writes OUT/RIG/ as `diagnose` does, OUT/fleet.json and OUT/index.html. A run that was stopped goes on where it was;
     a rig whose data are unchanged is not diagnosed again. Ends with exit code 2 where a rig could not be diagnosed.
     """
-    from acf_jax.errors import InputError
+    from acf_jax.errors import InputError, merged
     from acf_jax.files import write_text
     from acf_jax.fleet.changes import find_changes
     from acf_jax.fleet.page import fleet_page
@@ -91,7 +91,7 @@ def command(
     else:
         click.echo(_in_words(fleet))
         click.echo(f"{out / 'index.html'}: open it in a browser")
-    if faults := [line for rig in fleet.rigs for line in rig.fault.splitlines()]:
+    if faults := merged((str(folder / rig.rig), rig.fault.splitlines()) for rig in fleet.rigs):
         raise InputError(faults)
 
 

@@ -12,8 +12,8 @@ from acf_jax.errors import InputError
 EXAMPLES = """
 \b
 Examples:
-  python -m acf_jax identify configs/table1.csv
-  python -m acf_jax identify configs/table1.csv --rig configs/table1_rig.yaml --json
+  python -m acf_jax identify peaks.csv
+  python -m acf_jax identify peaks.csv --rig rig.yaml --json
 """
 
 COLUMNS = ("contact_velocity_m_per_s", "pretension_n", "peak_force_n")

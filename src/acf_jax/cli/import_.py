@@ -51,11 +51,11 @@ def command(
     as_json: bool,
     **signals: str | float | None,
 ) -> None:
-    """Cut a gap data set from RECORDING: a ROS bag, or a table or arrays of any kind that docs/import.md lists.
+    """Cut a gap data set from RECORDING: a ROS bag, text, or a file of MATLAB, HDF5, LabVIEW, Excel, Parquet or NumPy.
 
     Finds the contacts, measures their velocity, takes off the force's zero, and writes OUT/dataset.yaml,
     OUT/trials.csv, OUT/traces, OUT/provenance.json and a page of every cut, OUT/import.html. The signals of the robot
-    may be in another recording, --with ROBOT. docs/import.md leads from a recording to a report.
+    may be in another recording, --with ROBOT. `--list` shows what it holds.
     """
     from acf_jax.errors import InputError
 

@@ -16,8 +16,8 @@ EXAMPLES = """
 \b
 Examples:
   python -m acf_jax peak --m 4 --d 0 --k-f 0 --k-c 175561 --v-e 0.2 --f-p 100
-  python -m acf_jax peak --rig configs/table1_rig.yaml --f-p 100 --v-e 0.05 --v-e 0.1 --v-e 0.2
-  python -m acf_jax peak --rig configs/table1_rig.yaml --f-p 100 --v-e 0.2 --v-e 0.3 --plot force.html
+  python -m acf_jax peak --rig rig.yaml --f-p 100 --v-e 0.05 --v-e 0.1 --v-e 0.2
+  python -m acf_jax peak --rig rig.yaml --f-p 100 --v-e 0.2 --v-e 0.3 --plot force.html
   python -m acf_jax peak --model artifacts/diagnosis --f-p 60 --v-e 0.2
 """
 
@@ -58,7 +58,7 @@ def command(
             {},
             [
                 f"{option(name)} belongs to the paper's model; remove it or --model"
-                for name, value in {"rig": rig_file, "plot": plot, **rig_options}.items()
+                for name, value in {"rig": rig_file, **rig_options}.items()
                 if value is not None
             ],
         )
@@ -81,13 +81,13 @@ def command(
         raise InputError(faults)
 
     if file is not None:
-        _corrected(file, v_e, float(f_p or 0), as_json)
+        _corrected(file, v_e, float(f_p or 0), plot, as_json)
         return
     rows = _peaks(rig_values, v_e, float(f_p or 0))
     if plot is not None:
-        from acf_jax.report.peak_plot import write_force_plot
+        from acf_jax.report.peak_plot import rig_curves, write_force_plot
 
-        write_force_plot(plot, rig_values, rows, float(f_p or 0))
+        write_force_plot(plot, rig_curves(rig_values, rows, float(f_p or 0)), rows)
     if as_json:
         echo_json({"rig": rig_values, "f_p": f_p, "peaks": rows})
         return
@@ -120,7 +120,7 @@ def _peaks(rig_values: dict[str, float], v_e: tuple[float, ...], f_p: float) -> 
     return rows
 
 
-def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: bool) -> None:
+def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, plot: Path | None, as_json: bool) -> None:
     """Peaks of a diagnosis' model: simulated, or by the surrogate that was trained on it."""
     from acf_jax.start import start_jax
 
@@ -152,6 +152,12 @@ def _corrected(file: ModelFile, v_e: tuple[float, ...], f_p: float, as_json: boo
                 {"f_max": float(force), "t_max": float(time)} if exists else {"f_max": None, "t_max": None}
             )
             rows.append({"v_e": v, **values, "has_peak": bool(exists)})
+    if plot is not None:
+        from acf_jax.report.peak_plot import model_curves, write_force_plot
+
+        gap, _ = file.load_gap()
+        assert gap is not None  # the file is a diagnosis'
+        write_force_plot(plot, model_curves(gap, v_e, f_p), rows)
     notes = model.notes(*(model.at(row["v_e"], f_p) for row in rows if row["has_peak"]))
     if as_json:
         echo_json({"model": str(file.path), "f_p": f_p, "peaks": rows, "notes": notes})

@@ -14,7 +14,7 @@ from acf_jax.errors import InputError, collected
 EXAMPLES = """
 \b
 Examples:
-  python -m acf_jax speed --model configs/table1_rig.yaml --f-p 100 --limit 150 --limit 250
+  python -m acf_jax speed --model rig.yaml --f-p 100 --limit 150 --limit 250
   python -m acf_jax speed --model result/model.json --f-p 80 --limit 140 --probability 0.99
 """
 

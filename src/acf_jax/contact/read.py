@@ -89,7 +89,7 @@ def of_diagnosis(
         others=others,
         relative=np.array([float(given.get(name, 0.0)) for name in names]),
         form_error=model.form_error(which),
-        tried=Tried(model.v_range, model.f_p_range, model.corners),
+        tried=Tried(model.v_range, model.f_p_range, model.corners, of_trials),
         source=source,
         verdict=model.verdict,
         better=model.better,

@@ -11,7 +11,7 @@ from acf_jax.dataset.columns import read_columns
 from acf_jax.dataset.description import read_description
 from acf_jax.dataset.table import Row, Table, read_table
 from acf_jax.dataset.trials import Array, GapDataset, Measurement, RigPrior, Trace, Trial
-from acf_jax.errors import InputError, shown
+from acf_jax.errors import InputError, merged, shown
 from acf_jax.files import inside
 
 _CONDITION = ("trial", "contact_velocity_m_per_s", "pretension_n")
@@ -162,7 +162,7 @@ def _read_traces(
     """The traces by row of trials.csv, and their faults; rows whose condition is faulty are looked at too."""
     traces: dict[int, Trace] = {}
     owners: dict[Path, int] = {}
-    faults: list[str] = []
+    faults: list[tuple[str, list[str]]] = []
     for row, trial in rows:
         relative = row.cells.get("trace", "")
         where = f"row {row.number} (trial {shown(row.cells['trial'])})"
@@ -183,8 +183,8 @@ def _read_traces(
             expected = units.expected_peak(rig, trial) if trial else None
             traces[row.number] = _read_trace(path, rig.impact_time, expected)
         except InputError as error:
-            faults += error.faults
-    return traces, faults
+            faults.append((str(path), error.faults))
+    return traces, merged(faults)
 
 
 def _read_trace(path: Path, impact_time: float, expected: float | None) -> Trace:

@@ -10,6 +10,7 @@
 A data set's dataset.yaml is such a file, too.
 """
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -92,7 +93,7 @@ def as_prior(content: dict[str, Any], where: str) -> tuple[dict[str, Any], dict[
     shares, wrong = _shares(content.get("relative_std"), where)
     _, of_tried = _tried(content.get("tried"), where)
     rig: dict[str, Any] = {}
-    for key, given in content["rig"].items():
+    for key, given in _respelt(content["rig"])[0].items():
         name = NAMES.get(key)
         part = parts.get(name) if name else None
         if name is None or part is None or part.key != key:
@@ -139,13 +140,16 @@ def _parts(
         return {}, [f"{where}: key 'rig' is missing or holds no keys; {REMEDY}"]
     shares = content.get("relative_std")
     parts: dict[str, _Part] = {}
-    faults = []
+    rig, meant = _respelt(rig)
+    faults = [
+        f"{where}{'' if needs_all else ':'} rig.{key}: is not known; did you mean {shown(name)}?"
+        for key, name in meant.items()
+    ]
     for key, given in rig.items():
         name = NAMES.get(key)
         at = f"{where} rig.{key}:" if needs_all else f"{where}: rig.{key}:"
         if name is None:
-            hint = suggestion(key, tuple(NAMES))
-            faults += [f"{at} is not known{hint or f'; {REMEDY}'}"] if needs_all else []
+            faults += [f"{at} is not known; {REMEDY}"] if needs_all else []
         elif name in parts:
             faults.append(f"{at} says what {parts[name].key} says; keep one of the two")
         else:
@@ -161,6 +165,20 @@ def _parts(
                 faults.append(f"{at} std and relative_std.{name} both say how well it is known; keep one")
     missing = [name for name in RIG if name not in parts] if needs_all else []
     return parts, [*(f"{where} rig.{name}: is missing; {REMEDY}" for name in missing), *faults]
+
+
+def _respelt(rig: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
+    """The rig with its misspelt parameters as they are meant, so that each is one fault; and what each key means.
+
+    A key is misspelt where it resembles that of a parameter which the rig lacks.
+    """
+    lacks = [key for key in NAMES if not {NAMES[key], KEYS[NAMES[key]]} & set(rig)]
+    meant: dict[str, str] = {}
+    for key in rig:
+        if key not in NAMES and (close := difflib.get_close_matches(str(key), lacks, n=1)):
+            meant[key] = close[0]
+            lacks = [other for other in lacks if NAMES[other] != NAMES[close[0]]]
+    return {meant.get(key, key): given for key, given in rig.items()}, meant
 
 
 def _shares(given: Any, where: str) -> tuple[dict[str, float], list[str]]:

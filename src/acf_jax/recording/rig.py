@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from acf_jax.dataset.description import SCHEMA, check_description
-from acf_jax.dataset.rig_file import KEYS, as_prior
+from acf_jax.dataset.rig_file import KEYS, REMEDY, as_prior
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
@@ -13,7 +13,7 @@ from acf_jax.files import read_yaml_mapping
 MEASURED = ("contact_velocity_rel_std", "pretension_rel_std")  # of `measurement`, by an import
 BY_IMPORT = "impacts cut from "  # begins a description that an import wrote
 TEMPLATE = """\
-rig:  # fill in: what is known of the rig, each value with its standard deviation (docs/data_format.md)
+rig:  # fill in: what is known of the rig, each value with its standard deviation
   moving_mass_kg:             {value: , std: }
   damping_n_s_per_m:          {value: , std: }
   actuator_stiffness_n_per_m: {value: , std: }
@@ -68,7 +68,7 @@ def earlier_rig(path: Path) -> RigFile | None:
 
 def _checked(path: Path, document: dict[str, Any]) -> RigFile:
     if "rig" not in document:
-        raise InputError(f"{path}: rig: is missing; write it as in docs/data_format.md")
+        raise InputError(f"{path}: rig: is missing; {REMEDY}")
     _, prior, _ = check_description(path, {"schema": SCHEMA} | document)
     whole, _, _ = as_prior(document, str(path))  # as a data set has it, whatever the file's form
     return RigFile(prior, whole["rig"], dict(whole.get("measurement") or {}))

@@ -37,11 +37,8 @@ def page(title: str, head: Html, parts: Sequence[Part], foot: Html) -> str:
     scripts = (get_plotlyjs(), (folder / "page.js").read_text("utf-8"))
     hashes = " ".join(f"'sha256-{b64encode(hashlib.sha256(s.encode()).digest()).decode()}'" for s in scripts)
     policy = f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'"
-    contents = element(
-        "nav",
-        element("ul", *(element("li", element("a", p.word, href=f"#{p.name}")) for p in parts)),
-        aria_label="Contents",
-    )
+    links = element("ul", *(element("li", element("a", p.word, href=f"#{p.name}")) for p in parts))
+    contents = element("nav", links, aria_label="Contents") if len(parts) > 1 else ""
     return f"""<!doctype html>
 <html lang="en">
 <head>
