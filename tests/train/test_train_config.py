@@ -113,3 +113,18 @@ def test_a_device_that_jax_does_not_have_is_one_message(
     monkeypatch.delenv("JAX_PLATFORM_NAME")
     assert fit.main(["--config", str(small)]) == 2
     assert "error: JAX finds no device (Unknown backend); set JAX_PLATFORMS=cpu" in capsys.readouterr().err
+
+
+def test_a_model_is_found_beside_the_configuration(tmp_path, monkeypatch):
+    """As a rig's file is; the configuration that a run keeps elsewhere names the same model."""
+    (tmp_path / "a").mkdir()
+    content = yaml.safe_load((REPOSITORY / "configs/closed_loop.yaml").read_text())
+    content |= {"labels": {"model": "../model.json"}}
+    (tmp_path / "a/config.yaml").write_text(yaml.safe_dump(content))
+    config = read_config(tmp_path / "a/config.yaml")
+    assert config.labels.model == tmp_path / "model.json"
+    (tmp_path / "kept.yaml").write_text(to_yaml(config))
+    assert read_config(tmp_path / "kept.yaml").labels.model == tmp_path / "model.json"
+    monkeypatch.chdir(tmp_path)
+    asked = read_config(tmp_path / "a/config.yaml", ("labels.model=other.json",))
+    assert asked.labels.model == Path("other.json")

@@ -1,5 +1,6 @@
 """The configuration of a training run: one frozen model, every fault at once."""
 
+import os
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -156,7 +157,7 @@ class Labels(Part):
     """Which corrected model to learn, and what of it."""
 
     model: Path = Field(
-        description="the model.json of a diagnosis, or its folder, from the working directory"
+        description="the model.json of a diagnosis, or its folder, relative to the configuration's"
     )
     force: Literal["contact", "sensed"] = Field(
         default="contact", description="at the contact, which design and check need, or the sensor's reading"
@@ -191,6 +192,7 @@ AnyConfig = Config | CorrectedConfig
 def read_config(path: Path, changes: tuple[str, ...] = ()) -> AnyConfig:
     """The configuration in `path` with `key=value` changes applied; `InputError` lists every fault."""
     values = read_yaml_mapping(path)
+    _place_model(path, values)  # what --set names is relative to the working directory
     faults = [fault for change in changes if (fault := _apply(values, change))]
     faults += _include_rig(path, values)
     form: type[AnyConfig] = CorrectedConfig if "labels" in values else Config
@@ -224,6 +226,13 @@ def _apply(values: dict[str, Any], change: str) -> str | None:
     except InputError as error:
         return error.faults[0]
     return None
+
+
+def _place_model(path: Path, values: dict[str, Any]) -> None:
+    """Make `labels.model` absolute: the configuration is kept in another folder, too."""
+    labels = values.get("labels")
+    if isinstance(labels, dict) and isinstance(labels.get("model"), str):
+        labels["model"] = os.path.abspath(path.parent / labels["model"])
 
 
 def _include_rig(path: Path, values: dict[str, Any]) -> list[str]:
