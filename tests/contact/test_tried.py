@@ -27,7 +27,7 @@ def test_what_reads_as_a_tried_value_was_tried(v_e, f_p, says):
     (0.35, 50.0, None),  # the command of the trial that ran at 0.3493 m/s
     (0.3512, 50.0, None),
     (0.353, 50.0, "v_e = 0.353 m/s lies outside the tried 0.05004 to 0.3493 m/s"),
-    (0.0497, 90.2, None),
+    (0.0498, 90.2, None),
     (0.0493, 60.0, "v_e = 0.0493 m/s lies outside"),
     (0.2, 91.0, "f_p = 91 N lies outside"),
     (0.06, 90.2, "but not together"),

@@ -147,5 +147,5 @@ def test_a_misspelt_parameter_is_one_fault(tmp_path, key, meant):
     path.write_text("\n  ".join(["rig:", *lines, f"{key}: {{value: 3.4e5, std: 4.0e4}}"]) + "\n")
     assert read_whole_rig(path)[1] == [f"{path} rig.{key}: is not known; did you mean {meant!r}?"]
     with pytest.raises(InputError) as error:
-        read_description(path)
+        read_rig_file(path)
     assert error.value.faults == [f"{path}: rig.{key}: is not known; did you mean {meant!r}?"]
