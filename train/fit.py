@@ -4,6 +4,7 @@
 """
 
 import argparse
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,9 +12,10 @@ from pathlib import Path
 import acf_jax
 from acf_jax.cli._ending import end_well
 from acf_jax.cli._training import train
+from acf_jax.provenance import Origin, digest_of
 from acf_jax.start import start_jax
-from acf_jax.training.config import read_config
-from acf_jax.training.devices import join_processes
+from acf_jax.training.config import AnyConfig, CorrectedConfig, read_config
+from acf_jax.training.devices import is_first, join_processes
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -33,9 +35,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         config = read_config(arguments.config, tuple(arguments.set))
         join_processes(config)
         start_jax()
-        return train(lambda: config, arguments.resume, arguments.json)
+        code = train(lambda: config, arguments.resume, arguments.json)
+        if not code and is_first():
+            made_of = {str(path): digest_of(path) for path in _inputs(arguments.config, config)}
+            line = sys.argv[1:] if argv is None else argv
+            Origin(shlex.join(["python", "-m", "train.fit", *line]), made_of).write(config.output)
+        return code
 
     return end_well(work)
+
+
+def _inputs(path: Path, config: AnyConfig) -> list[Path]:
+    """The configuration, and the diagnosis' model that it names."""
+    return [path, config.labels.model] if isinstance(config, CorrectedConfig) else [path]
 
 
 if __name__ == "__main__":

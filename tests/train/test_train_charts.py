@@ -16,3 +16,11 @@ def test_a_single_value_stands_in_the_middle(value: float) -> None:
     (single,) = places([value])
     span = abs(value) or 2.0
     assert single in places([value - span / 2, value, value + span / 2])
+
+
+def test_a_line_of_one_point_is_seen() -> None:
+    def dots(values: list[float]) -> int:
+        lines = [Series("loss", values, [0.1] * len(values), 0)]
+        return chart("Training", lines, Axis("step"), Axis("loss", log=True)).count("<circle")
+
+    assert dots([400.0]) == 1 and dots([400.0, 800.0]) == 0

@@ -32,6 +32,8 @@ def _command(config: Path, folder: Path) -> list[str]:
 def test_writes_what_it_promises(finished: Path) -> None:
     names = {path.name for path in finished.iterdir()}
     assert {"metrics.json", "timings.json", "report.html", "model.eqx", "config.yaml"} <= names
+    made = json.loads((finished / "provenance.json").read_text())
+    assert made["command"].startswith("python -m train.fit --config ") and len(made["made_of"]) == 1
     metrics = json.loads((finished / "metrics.json").read_text())
     assert set(metrics["errors"]) == {"fold", "dimensionless"}
     for error in metrics["errors"].values():

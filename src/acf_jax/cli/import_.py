@@ -207,6 +207,8 @@ def _document(impacts: "Impacts") -> dict[str, Any]:
             }
             for cut in impacts.cuts
         ],
+        "trust": None if impacts.faults else impacts.trust.headline,
+        "limits": [] if impacts.faults else list(impacts.trust.lines),
         "notes": list(impacts.notes),
         "faults": list(impacts.faults),
     }

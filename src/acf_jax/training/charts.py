@@ -63,6 +63,7 @@ def chart(title: str, series: Sequence[Series], x: Axis, y: Axis) -> str:
             parts += [
                 f'<circle class="c{one.colour} dot" cx="{a:.1f}" cy="{b:.1f}" r="4.5"/>' for a, b in points
             ]
+        if one.style == "points":
             continue
         if one.style == "step":
             points = [
