@@ -1,6 +1,7 @@
 """Figures that stand alone follow the colours that the reader prefers."""
 
 import numpy as np
+import plotly.io as pio
 import pytest
 from needs import need_chromium, need_module
 
@@ -8,7 +9,9 @@ from acf_jax.contact.read import of_rig
 from acf_jax.designs.solve import design
 from acf_jax.designs.task import make_task
 from acf_jax.report.design_plot import write_design_plot
+from acf_jax.report.notebook import to_plotly
 from acf_jax.report.peak_plot import model_curves, rig_curves, write_force_plot
+from acf_jax.report.plot import Variant, plot
 from acf_jax.training.charts import Axis, Series, chart
 from acf_jax.training.report import write_page
 from tests.corrected import gap_model
@@ -89,3 +92,14 @@ def test_text_and_ground_of_a_figure_follow_the_colour_scheme(kind, tmp_path):
             assert ground < 0.2 if scheme == "dark" else ground > 0.9
             assert "rgb(255, 255, 255)" not in page.evaluate(GROUNDS)  # none of its own
         browser.close()
+
+
+@pytest.mark.parametrize("template, ground, ink", [
+    ("plotly_dark", "#101418", "#e6eaee"), ("plotly", "#ffffff", "#1b1f24"), (None, "#ffffff", "#1b1f24"),
+])  # fmt: skip
+def test_a_figure_of_a_notebook_is_dark_where_plotly_is(monkeypatch, template, ground, ink):
+    monkeypatch.setattr(pio.templates, "default", template)
+    lines = [{"type": "scatter", "x": [0, 1], "y": [0, 1], "line": {"color": "--measured"}}]
+    figure = to_plotly(plot("force", "Force", "", [Variant("", lines)], {}, 300))
+    assert figure.layout.paper_bgcolor == figure.layout.plot_bgcolor == ground
+    assert figure.data[0].line.color == ink
