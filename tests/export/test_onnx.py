@@ -128,6 +128,14 @@ def test_joined_steps_compute_what_the_function_does(runtime):
         assert found[:, 0] == pytest.approx(np.asarray(expected), rel=1e-13)
 
 
+def test_parts_of_a_vector_are_taken_out_one_by_one():
+    """By slices, or by JAX 0.12's own primitive."""
+    whole = trace(lambda x: tuple(jnp.unstack(x * 2.0)), 3)
+    assert len(whole.outputs) == 3 and {out.size for out in whole.outputs} == {1}
+    joined = trace(lambda x: tuple(jnp.unstack(jnp.stack([x[0], x[2]]))), 3)
+    assert [step.op for step in joined.steps if step.op != "concatenate"] == ["slice", "slice"]
+
+
 @pytest.mark.parametrize(
     "function, what",
     [

@@ -18,7 +18,7 @@ Examples:
   python -m acf_jax peak --m 4 --d 0 --k-f 0 --k-c 175561 --v-e 0.2 --f-p 100
   python -m acf_jax peak --rig rig.yaml --f-p 100 --v-e 0.05 --v-e 0.1 --v-e 0.2
   python -m acf_jax peak --rig rig.yaml --f-p 100 --v-e 0.2 --v-e 0.3 --plot force.html
-  python -m acf_jax peak --model artifacts/diagnosis --f-p 60 --v-e 0.2
+  python -m acf_jax peak --model diagnosis --f-p 60 --v-e 0.2
 """
 
 

@@ -78,6 +78,11 @@ class _Tracer:
             )
         if name in SAME and isinstance(inputs[0], Value) and inputs[0].is_flag == is_flag:
             return [inputs[0]]
+        if name == "unstack":  # of JAX 0.12; slices before
+            (x,) = inputs
+            return [
+                self.whole(Operation("slice", (x,), (i, i + 1)), 1, is_flag) for i in range(len(eqn.outvars))
+            ]
         if name in WHOLE:
             return [self.whole(_whole(eqn, inputs), out.size, is_flag)]
         more = (eqn.params["y"],) if name == "integer_pow" else ()
