@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -127,3 +128,8 @@ def test_an_option_that_the_compiler_does_not_know_is_left_out(monkeypatch: pyte
         assert module._options() == module.COMPILER
     finally:
         module._options.cache_clear()
+
+
+def test_the_compiler_keeps_apart_what_a_barrier_separates() -> None:
+    once = jax.jit(lambda x: jax.lax.optimization_barrier(2 * x) + 1, compiler_options=module._options())
+    assert "opt-barrier" in once.lower(jnp.zeros(99)).compile().as_text()

@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -11,6 +11,8 @@ from jaxtyping import Array, Bool, Float, Int
 from acf_jax.effects import AbstractEffect, Motion
 from acf_jax.effects._interface import Scalar, States
 from acf_jax.model import Impact, Rig
+
+T = TypeVar("T")
 
 
 class Response(NamedTuple):
@@ -37,6 +39,15 @@ def _add(a: State, b: State, scale: Scalar | float) -> State:
     return jax.tree.map(lambda p, q: p + scale * q, a, b)
 
 
+def _once(value: T, y: State) -> T:
+    """The value, which a compiler must not compute again at each place that uses it.
+
+    Each state of an effect has its own rate of the same force, and each stage of the integration uses all rates before.
+    Without such states there is nothing to save.
+    """
+    return jax.lax.optimization_barrier(value) if any(y.states) else value
+
+
 class System(NamedTuple):
     """The equations of motion of one impact with effects."""
 
@@ -60,7 +71,7 @@ class System(NamedTuple):
         linear = rig.k_c * s + f_0
         motion = Motion(rig, impact, t, x, x_dot, s, s_dot, f_0, linear)
         f_c = linear + sum(e.contact_force(motion, q) for e, q in states)
-        return motion._replace(f_c=jnp.where(f_c > 0, f_c, self.pull * f_c))
+        return motion._replace(f_c=_once(jnp.where(f_c > 0, f_c, self.pull * f_c), y))
 
     @jax.jit
     def rates(self, t: Scalar, y: State, free: Scalar) -> State:
@@ -69,7 +80,8 @@ class System(NamedTuple):
         states = list(zip(self.effects, y.states, strict=True))
         force = motion.f_c + sum(e.force_on_mass(motion, q) for e, q in states)
         x_ddot = free * (force - rig.d * motion.x_dot - rig.k_f * motion.x) / rig.m
-        return State(free * y.x_dot, x_ddot, tuple(e.rates(motion, x_ddot, q) for e, q in states))
+        rates = State(free * y.x_dot, x_ddot, tuple(e.rates(motion, x_ddot, q) for e, q in states))
+        return _once(rates, y)
 
     def free_share(self, t: Scalar, h: Scalar, y: State) -> Scalar:
         """Share of the step after the contact force has passed the force that releases a held flange."""

@@ -1,0 +1,42 @@
+"""The forward program of an explanation against JAX's own derivatives of the simulation."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jaxtyping import Array
+
+from acf_jax.inference.forward import Grid, forward, unpack
+from acf_jax.inference.free_curves import free_curves
+from acf_jax.inference.parameters import every_effect
+from acf_jax.model import Impact
+from acf_jax.simulator import simulate
+from tests.effects.contract import QUICK
+
+RIG = [2.0, 60.0, 800.0, 3e5]
+V_E, F_P = np.array([0.1, 0.2]), np.array([60.0, 20.0])
+GRID = Grid(2e-4, 120)
+REACH = 25.0  # N, which both impacts exceed
+LOW = {"level_n": 15.0, "level_m": 1e-4, "delay_s": 1e-3}  # within what the impacts reach
+
+
+@pytest.mark.parametrize("name", [*free_curves(), "pad_mass", "coulomb_friction"])
+def test_derivatives_are_those_of_jax(name: str) -> None:
+    """With every strength at work, beyond the reach of a curve."""
+    known = every_effect()[name].parameters()
+    theta = np.array([*RIG, *(LOW.get(p.name, p.scale) if p.shape else 0.05 * p.scale for p in known)])
+    forces = forward((name,), theta, V_E, F_P, GRID, REACH)
+
+    def sensed(z: Array) -> tuple[Array, Array]:
+        rig, effects = unpack((name,), z[:-2], REACH)
+        response = simulate(rig, Impact(z[-2], z[-1]), effects, GRID.h, GRID.steps + 1)
+        return response.sensed, response.contact
+
+    z = jnp.column_stack([jnp.tile(theta, (2, 1)), V_E, F_P])
+    both = jax.jit(jax.vmap(jax.jacfwd(sensed, has_aux=True)), compiler_options=QUICK)
+    slopes, contact = (np.asarray(one) for one in both(z))
+    assert (contact.max(axis=1) > REACH).all()
+    np.testing.assert_allclose(forces.contact, contact, rtol=0, atol=1e-9 * contact.max())
+    scale = np.abs(slopes).max(axis=1)[:, :, None]
+    assert (scale > 0).any(axis=0).all()  # every parameter matters
+    assert (np.abs(forces.tangents - slopes.swapaxes(1, 2)) <= 1e-9 * scale).all()
