@@ -1,6 +1,7 @@
 """The fits of `diagnose` against the same fits by SciPy: `least_squares` over `solve_ivp`.
 
 python -m benchmarks.fit_speed
+python -m benchmarks.fit_speed --programs --repeats 21    of the simulations with derivatives alone
 """
 
 import argparse
@@ -12,13 +13,16 @@ from pathlib import Path
 from typing import Any
 
 import jax
+import numpy as np
 
 from acf_jax.dataset import assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit
+from acf_jax.inference.forward import BLOCK, Grid, forward
+from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Observations, observe
-from acf_jax.inference.parameters import Explanation, label
+from acf_jax.inference.parameters import Explanation, label, starts
 from benchmarks.drawn_set import draw_set
 from benchmarks.machine import describe
 from benchmarks.peers import scipy_fit
@@ -29,6 +33,10 @@ PEERS = {
     "a solve_ivp an impact": partial(scipy_fit.fit, simulate=scipy_fit.one_by_one),
     "one solve_ivp for all impacts": partial(scipy_fit.fit, simulate=scipy_fit.all_at_once),
 }
+
+RIG = np.array([3.0, 30.0, 1e3, 1.2e5])  # m, d, k_F, k_C in SI units
+STEPS = Grid(2e-4, 150)
+REACH = 150.0  # N
 
 
 def own_fit(observations: Observations, explanation: Explanation) -> Fit:
@@ -62,6 +70,23 @@ def measure(observations: Observations, explanation: Explanation, repeats: int) 
         "objective": objective,
         "ratio": {name: median_ratio(seconds[name], seconds["acf_jax"]) for name in PEERS},
     }
+
+
+def program_table(repeats: int) -> str:
+    """CPU time, all threads, of one block of trials: a wall clock would measure the machine's other work, too."""
+    lines = ["| program | ms, median | min … max |", "|---|--:|--:|"]
+    v_e, f_p = np.linspace(0.05, 0.3, BLOCK), np.linspace(20.0, 100.0, BLOCK)
+    for explanation in (*EXPLANATIONS, *((name,) for name in free_curves())):
+        theta = np.concatenate([RIG, *(starts(name)[0] for name in explanation)])
+        forward(explanation, theta, v_e, f_p, STEPS, REACH)
+        spent = []
+        for _ in range(repeats):
+            started = time.process_time()
+            forward(explanation, theta, v_e, f_p, STEPS, REACH)
+            spent.append(1e3 * (time.process_time() - started))
+        t = summarise(spent)
+        lines.append(f"| {label(explanation)} | {t.median:.1f} | {t.low:.1f} … {t.high:.1f} |")
+    return "\n".join(lines)
 
 
 def table(rows: list[dict[str, Any]]) -> str:
@@ -98,8 +123,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--trials", type=int, default=20, help="traces in the drawn set (default: 20)")
     parser.add_argument("--repeats", type=int, default=3, help="interleaved rounds (default: 3)")
     parser.add_argument("--json", type=Path, help="write the rows to this file, too")
+    parser.add_argument("--programs", action="store_true", help="one block of simulated trials, no fit")
     options = parser.parse_args(arguments)
     jax.config.update("jax_enable_x64", True)
+    if options.programs:
+        print(f"{BLOCK} trials, {STEPS.steps} steps, {options.repeats} runs; {describe()}\n")
+        print(program_table(options.repeats))
+        return
     dataset = draw_set(options.trials)
     observations = observe(assess_dataset(dataset))
     rows = [measure(observations, explanation, options.repeats) for explanation in EXPLANATIONS]

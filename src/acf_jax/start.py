@@ -8,15 +8,6 @@ import jax
 from acf_jax.errors import InputError, shown
 
 PLATFORMS = ("JAX_PLATFORMS", "JAX_PLATFORM_NAME")  # variables that choose JAX's devices
-THREADS = "PJRT_NPROC"  # the variable that says how many threads compute on a CPU
-
-
-def in_one_thread() -> None:
-    """Have JAX compute in one thread, unless the user has chosen a number; to be called before it starts.
-
-    A simulation is thousands of operations of a microsecond: handing them to threads takes longer than they do.
-    """
-    os.environ.setdefault(THREADS, "1")
 
 
 def start_jax() -> None:

@@ -128,9 +128,8 @@ def _answering(where: Where) -> Iterator[None]:
 
 def _start_and(work: Callable[[Argument], Result], argument: Argument) -> Result:
     """Runs where the work is done."""
-    from acf_jax.start import in_one_thread, start_jax
+    from acf_jax.start import start_jax
 
-    in_one_thread()  # each worker has one
     try:
         start_jax()
     except InputError as error:

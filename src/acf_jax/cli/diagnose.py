@@ -40,9 +40,8 @@ def command(dataset: Path, out: Path, seed: int, overwrite: bool, as_json: bool)
     if faults or data is None:
         raise InputError(faults)
 
-    from acf_jax.start import in_one_thread, start_jax
+    from acf_jax.start import start_jax
 
-    in_one_thread()
     start_jax()
     from acf_jax.diagnosis import diagnose
     from acf_jax.report import save_diagnosis, told

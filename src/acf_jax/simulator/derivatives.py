@@ -37,7 +37,7 @@ def simulate_with_derivatives(
     # impacts stand last everywhere: neighbours in memory take the same operation
     z = z.T
     p, n = z.shape
-    directions = jnp.eye(p)
+    directions = jnp.broadcast_to(jnp.eye(p)[:, :, None], (p, p, n))
 
     def begin(z: Float[Array, " p"]) -> tuple[Smooth, Released]:
         return _split(start(make(z), h))
@@ -48,22 +48,16 @@ def simulate_with_derivatives(
         y, signals, memories = smooth
         return _split(advance(make(z), k, h, Moving(y, released, signals, memories)))
 
-    def everywhere(direction: Float[Array, " p"]) -> Float[Array, "p n"]:
-        return jnp.broadcast_to(direction[:, None], (p, n))
-
-    def first(direction: Float[Array, " p"]) -> Tangent:
-        return jax.jvp(jax.vmap(begin, in_axes=1, out_axes=-1), (z,), (everywhere(direction),), has_aux=True)
+    def first(direction: Float[Array, "p n"]) -> Tangent:
+        return jax.jvp(jax.vmap(begin, in_axes=1, out_axes=-1), (z,), (direction,), has_aux=True)
 
     def after(moving: Tangent, k: Int[Array, ""]) -> Tangent:
         smooth, tangents, released = moving
         step = jax.vmap(partial(onward, k=k), in_axes=(1, -1, -1), out_axes=-1)
 
-        def along(direction: Float[Array, " p"], tangent: Smooth) -> Tangent:
+        def along(direction: Float[Array, "p n"], tangent: Smooth) -> Tangent:
             return jax.jvp(
-                lambda z, smooth: step(z, smooth, released),
-                (z, smooth),
-                (everywhere(direction), tangent),
-                has_aux=True,
+                lambda z, smooth: step(z, smooth, released), (z, smooth), (direction, tangent), has_aux=True
             )
 
         return jax.vmap(along, out_axes=(None, 0, None))(directions, tangents)
