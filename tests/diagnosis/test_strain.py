@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import Diagnosis
-from acf_jax.diagnosis.strain import statement, strains
+from acf_jax.diagnosis.strain import doubt, statement, strains
 
 
 def test_a_parameter_far_from_what_is_stated_is_named(diagnosed: Diagnosis) -> None:
@@ -24,9 +24,12 @@ def test_a_parameter_far_from_what_is_stated_is_named(diagnosed: Diagnosis) -> N
         in said
     )
     assert "contact stiffness" in said
+    assert doubt((mass,), "gravity").startswith("gravity fits best, but only with the moving mass m ")
 
 
 def test_a_rig_within_its_priors_is_none(diagnosed: Diagnosis) -> None:
     fitted = diagnosed.fits[0]
     at_prior = replace(fitted, u=np.zeros_like(fitted.u))
-    assert strains(at_prior, diagnosed.observations.prior) == () and statement(()) == ""
+    assert (
+        strains(at_prior, diagnosed.observations.prior) == () and statement(()) == doubt((), "gravity") == ""
+    )

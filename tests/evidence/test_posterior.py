@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from acf_jax.evidence.learnt import LEARNT, Learnt, read_calibration
 from acf_jax.evidence.marginal import Marginal
@@ -9,7 +10,7 @@ from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, log_poster
 from acf_jax.inference.discrepancy import SIZES
 from acf_jax.inference.parameters import Explanation
 
-PLAIN = Learnt(temperature=2.0, effect=3.0, free_curve=7.0, elsewhere=0.3)
+PLAIN = Learnt(temperature=2.0, effect=3.0, free_curve=7.0, hiding=4.0, elsewhere=0.3)
 GRAVITY, FRICTION, ROBOT = ("gravity",), ("coulomb_friction",), ("unknown_robot",)
 
 
@@ -22,8 +23,8 @@ def _told(objectives: dict[Explanation, float], learnt: Learnt = PLAIN) -> dict[
 def test_probabilities_add_up_and_follow_the_evidence() -> None:
     same = _told({(): 500.0, GRAVITY: 500.0, FRICTION: 500.0, ROBOT: 500.0})
     assert max(same, key=same.__getitem__) == () and sum(same.values()) == pytest.approx(1.0)
-    assert same[()] / same[GRAVITY] == pytest.approx(np.exp(PLAIN.effect))
-    assert same[GRAVITY] / same[UNKNOWN] == pytest.approx(np.exp(PLAIN.free_curve - PLAIN.effect))
+    assert same[()] / same[GRAVITY] == pytest.approx(np.exp(PLAIN.effect), rel=1e-4)
+    assert same[GRAVITY] / same[UNKNOWN] == pytest.approx(np.exp(PLAIN.free_curve - PLAIN.effect), rel=1e-2)
     clear = _told({(): 5000.0, GRAVITY: 500.0, FRICTION: 700.0, ROBOT: 499.0})
     assert clear[GRAVITY] > 0.9
     outside = _told({(): 5e4, GRAVITY: 2e4, FRICTION: 3e4, ROBOT: 500.0})
@@ -35,13 +36,28 @@ def test_log_evidence_counts_by_its_temperature() -> None:
     assert p[GRAVITY] / p[FRICTION] == pytest.approx(np.exp(5.0 / PLAIN.temperature))
 
 
+def test_a_rig_far_from_what_is_known_of_it_speaks_for_an_unknown_cause() -> None:
+    """However well gravity fits; the odds are those of a rig 4 deviations off in each constant against one."""
+
+    def told(strain: float) -> dict[Explanation, float]:
+        rows = [Marginal(GRAVITY, 0.0, 500.0, 0.0, strain), Marginal(FRICTION, 0.0, 700.0, 0.0, 100.0)]
+        return dict(posterior(rows, PLAIN).scored)
+
+    for strain in (4.0, 30.0):
+        density = [norm(scale=scale).logpdf(np.sqrt(strain / 4)) * 4 for scale in (4.0, 1.0)]
+        odds = np.exp(density[0] - density[1] - PLAIN.free_curve)
+        assert told(strain)[UNKNOWN] / told(strain)[GRAVITY] == pytest.approx(odds, rel=1e-6)
+    assert told(4.0)[UNKNOWN] < 1e-4 < 0.9 < told(50.0)[UNKNOWN]
+    assert told(50.0)[FRICTION] < 1e-9  # what hides behind a hopeless explanation does not count
+
+
 def test_an_explanation_is_as_probable_as_beside_all_discrepancies_together() -> None:
     rows = [Marginal((), 0.0, 600.0, 0.0), Marginal(GRAVITY, 0.0, 510.0, 0.0)]
     beside = [Marginal(GRAVITY, size, 505.0, 0.0) for size in SIZES]
     alone, both = posterior(rows, PLAIN), posterior([*rows, *beside], PLAIN)
     log_p = log_posterior([*rows, *beside], PLAIN)
     p = np.exp(log_p - log_p.max())
-    assert dict(both.scored)[GRAVITY] == pytest.approx(p[1:].sum() / p.sum())
+    assert dict(both.scored)[GRAVITY] == pytest.approx(p[1:].sum() / p.sum(), rel=1e-4)
     assert p[2:].sum() > p[1] and both.of(GRAVITY) == pytest.approx(alone.of(GRAVITY), abs=0.01)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from acf_jax.evidence.learnt import LEARNT
 from acf_jax.evidence.marginal import Marginal
-from validation.calibrate import ENDS, HOLD, Case, learn, spread_elsewhere
+from validation.calibrate import ENDS, HOLD, Case, hiding, learn, spread_elsewhere
 
 FRICTION, GRAVITY = ("coulomb_friction",), ("gravity",)
 
@@ -27,6 +27,15 @@ def test_the_spread_elsewhere_makes_an_interval_reach_the_truth_on_its_own_side(
 def test_nothing_is_added_where_every_truth_is_in_the_middle() -> None:
     wide = ENDS * (LEARNT.elsewhere + 0.1)
     assert spread_elsewhere([case(-1.0, (-1.0, -1.0 + wide, -1.0 - wide))] * 5) == 0.0
+
+
+def test_how_far_a_rig_is_strained_is_told_by_what_refitting_alone_makes_of_rigs_with_a_cause() -> None:
+    def of(right: tuple[str, ...], strain: float) -> Case:
+        evidence = [Marginal((), 0.0, 9.0, 0.0, strain), Marginal((), 0.01, 9.0, 0.0, 1e6)]
+        evidence.append(Marginal(FRICTION, 0.0, 9.0, 0.0, 1e6))
+        return Case("set", "single", evidence, frozenset({right}), None, 0.0)
+
+    assert hiding([of(FRICTION, 30.0), of(FRICTION, 98.0), of((), 1e6)]) == pytest.approx(4.0)
 
 
 def test_evidence_that_is_surer_than_right_is_divided_by_more() -> None:

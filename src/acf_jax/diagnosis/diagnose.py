@@ -197,6 +197,7 @@ def diagnose(
             *damage.statements(quality, observations.names, highest),
             *map(_of_ring, observations.rings),
             *filter(None, [strain.statement(strain.strains(recalibrated, observations.prior))]),
+            *filter(None, [_doubt(scored[0].explanation, fits, evidence, observations)]),
             *_of_model(comparison, form["corrected"]),
             *_of_bounds(corrected),
             *([] if validation.is_possible else [ONE_CONDITION]),
@@ -247,6 +248,18 @@ def _peak_shrinkage(observations: Observations, held: dict[str, HeldOut], seed: 
     """How far the error of the peak shrinks; None where it does not."""
     found = peak_shrinkage((held["recalibrated"], held["corrected"]), observations.condition, seed)
     return found if found and found.value > 0 else None
+
+
+def _doubt(
+    first: Explanation, fits: Sequence[Fit], evidence: Sequence[Marginal], observations: Observations
+) -> str:
+    """That laws fit best where an unknown cause leads: their rig is strained."""
+    best = max(evidence, key=lambda m: m.log_z).explanation
+    if first != UNKNOWN or is_free_curve(best) or not best:
+        return ""
+    (fitted,) = (f for f in fits if f.explanation == best)
+    names = " and ".join(library()[name].title.lower() for name in best)
+    return strain.doubt(strain.strains(fitted, observations.prior), names)
 
 
 def _of_ring(ring: Ring) -> str:

@@ -66,6 +66,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "discrepancy": m.discrepancy,
                 "objective": _round(m.objective, 9),
                 "log_occam": _round(m.log_occam, 7),
+                "strain": _round(m.strain),
             }
             for m in d.evidence
         ],

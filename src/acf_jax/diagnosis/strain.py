@@ -29,15 +29,24 @@ def strains(fitted: Fit, prior: RigPrior) -> tuple[Strain, ...]:
 
 
 def statement(found: Sequence[Strain]) -> str:
-    """In words; empty where no parameter is strained."""
+    """What refitting alone has done, in words; empty where no parameter is strained."""
+    return f"refitting hides a part of the gap in the rig: it makes {_listed(found)}" if found else ""
+
+
+def doubt(found: Sequence[Strain], name: str) -> str:
+    """Why the explanation that fits best is not believed, in words; empty where no parameter is strained."""
     if not found:
         return ""
-    parts = [
+    again = "measure that again; if it is as stated, another cause acts"
+    return f"{name} fits best, but only with {_listed(found)}: {again}"
+
+
+def _listed(found: Sequence[Strain]) -> str:
+    return "; ".join(
         f"the {s.parameter.meaning} {_figures(s.fitted)} {s.parameter.unit}, {abs(s.deviations):.0f} standard"
         f" deviations from the stated {_figures(s.stated)}"
         for s in found
-    ]
-    return f"refitting hides a part of the gap in the rig: it makes {'; '.join(parts)}"
+    )
 
 
 def _figures(value: float) -> str:

@@ -10,7 +10,9 @@ from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, is_free_curve
 
 DETECTABLE = 3.0  # whitened distance at which an effect of its typical size counts as detectable
-TOO_MANY = 6  # explanations in the credible set: these trials have not answered
+TOO_MANY = (
+    6  # explanations in the credible set that lack a law of the first one: these trials have not answered
+)
 
 
 def judge(
@@ -27,7 +29,7 @@ def judge(
         return "insufficient_data"
     if first == () and harmless:
         return "no_gap"
-    if len(credible) >= TOO_MANY:
+    if 1 + sum(not first or not set(first) <= set(e) for e in credible if e != first) >= TOO_MANY:
         return "insufficient_data"
     if first == ():
         return "ambiguous"

@@ -12,7 +12,8 @@ class Learnt(NamedTuple):
 
     temperature: float  # by which log evidence is divided: it is surer than it is right
     effect: float  # cost of each law, in log probability
-    free_curve: float  # cost of a free curve
+    free_curve: float  # cost of a free curve, or of any other unknown cause
+    hiding: float  # RMS distance of a rig from its prior, in standard deviations, where a cause is refitted into it
     elsewhere: float  # standard deviation, in log, of what a shrunken gap is on other conditions
 
 

@@ -26,6 +26,7 @@ class Marginal(NamedTuple):
     discrepancy: float  # size, of the force
     objective: float
     log_occam: float  # log Z + objective
+    strain: float = 0.0  # squared distance of the rig from its prior, in standard deviations
 
     @property
     def log_z(self) -> float:
@@ -52,7 +53,8 @@ def marginal(fitted: Fit, discrepancy: float = 0.0) -> Marginal:
         np.linalg.slogdet(fitted.hessian[np.ix_(free, free)])[1]
         - np.linalg.slogdet(normal.nuisance_inverse)[1].sum()
     )
-    return Marginal(fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume))
+    strain = float((fitted.u[: len(RIG)] ** 2).sum())
+    return Marginal(fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume), strain)
 
 
 def _of_size(u: np.ndarray, variance: np.ndarray) -> float:

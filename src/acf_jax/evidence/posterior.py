@@ -4,16 +4,21 @@ The evidence of an explanation is its marginal likelihood, beside some size of a
 are not exact. No model of the data is exact either: neighbouring samples share their errors, so that log evidence is
 surer than it is right. It is divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inconsistency
 of Bayesian inference for misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
+
+What no explanation has is often refitted into the rig. A rig far from what is known of it therefore speaks for an
+unknown cause, however well the explanation fits (prior-data conflict: Box, 'Sampling and Bayes' inference in scientific
+modelling and robustness', J. R. Stat. Soc. A 143, 1980).
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import expit
 
 from acf_jax.evidence.learnt import LEARNT, Learnt
 from acf_jax.evidence.marginal import Marginal
-from acf_jax.inference.parameters import Explanation, component_of, is_free_curve, split
+from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve, split
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
@@ -73,17 +78,33 @@ def log_posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> np.
     return np.array([m.log_z / learnt.temperature - cost(m.explanation, learnt) for m in marginals])
 
 
+def hidden(m: Marginal, learnt: Learnt = LEARNT) -> float:
+    """Probability that besides what an explanation has an unknown cause hides in its rig, were nothing else possible.
+
+    Then each constant of the rig lies `hiding` standard deviations from what is known of it, not one. A free curve is
+    unknown already.
+    """
+    if is_free_curve(m.explanation):
+        return 0.0
+    wide = learnt.hiding
+    log_odds = 0.5 * m.strain * (1 - wide**-2) - len(RIG) * np.log(wide) - learnt.free_curve
+    return float(expit(log_odds))
+
+
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals, learnt)
     p = np.exp(log_p - log_p.max())
     beside: dict[Explanation, dict[float, float]] = {}
     curve: dict[Explanation, float] = {}
-    for m, value in zip(marginals, np.maximum(p / p.sum(), np.finfo(float).tiny).tolist(), strict=True):
-        sizes = beside.setdefault(stated(m.explanation), {})
-        sizes[m.discrepancy] = sizes.get(m.discrepancy, 0.0) + value
+    tiny = float(np.finfo(float).tiny)
+    for m, value in zip(marginals, (p / p.sum()).tolist(), strict=True):
+        unknown = value * hidden(m, learnt)
+        for explanation, part in ((stated(m.explanation), value - unknown), (UNKNOWN, unknown)):
+            sizes = beside.setdefault(explanation, {})
+            sizes[m.discrepancy] = sizes.get(m.discrepancy, tiny) + part
         if is_free_curve(m.explanation):
-            curve[m.explanation] = curve.get(m.explanation, 0.0) + value
+            curve[m.explanation] = curve.get(m.explanation, tiny) + value
     total = {e: sum(sizes.values()) for e, sizes in beside.items()}
     return Posterior(
         ranked(total),

@@ -12,7 +12,7 @@ import numpy as np
 
 from acf_jax.inference.observations import Discrepancy, Observations
 
-SIZES = (0.003, 0.01)  # shares of the force: two of a quadrature over what rigs have
+SIZES = (0.003, 0.01, 0.03)  # shares of the force: a quadrature over what rigs have
 FASTEST = (
     2.0  # times the frequency of the mass on the contact: faster ones are rings, but for the first moments
 )
