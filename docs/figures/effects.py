@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from acf_jax.effects import AbstractEffect, library
+from acf_jax.inference.parameters import starts
 from acf_jax.model import Impact, Rig
 from acf_jax.simulator import simulate
 
@@ -29,7 +30,8 @@ SIDE: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "center", "fontsiz
 
 def make(kind: type[AbstractEffect], size: float) -> AbstractEffect:
     """The effect at a multiple of its typical strength, its shapes where fits begin."""
-    return kind(*(jnp.asarray(p.starts[0] if p.shape else size * p.scale) for p in kind.parameters()))
+    known = zip(kind.parameters(), starts(kind.id())[0], strict=True)
+    return kind(*(jnp.asarray(start if p.shape else size * p.scale) for p, start in known))
 
 
 def sensed(effects: list[AbstractEffect]) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field
 
+from acf_jax.dataset.description import LowPassForm
 from acf_jax.errors import InputError
 from acf_jax.files import read_json_mapping
 from acf_jax.forms import Part, check_form
@@ -87,6 +88,7 @@ class GapModel(Part):
         None  # than the recalibrated model, by the figures on unseen conditions; None: not asked
     )
     recalibrated_form_error: float = Field(default=0.0, ge=0, le=FORM_MOST)  # as `peak_form_error`
+    low_pass: LowPassForm | None = None  # that readings have been through, and so do predicted ones
 
     lack: Lack | None = (
         None  # what too little data are short of; None for other verdicts and earlier versions

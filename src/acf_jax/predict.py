@@ -60,7 +60,9 @@ def predict(
     weights = np.array([max(v.probability, 1e-9) for v in (main, *others)])
     weights /= weights.sum()
     mechanical = _without_sensor(main)
-    at_contact = runs[0] if mechanical.effects == main.effects else _run(model, mechanical, v_e, f_p)
+    is_read_as_is = mechanical.effects == main.effects and model.low_pass is None
+    unread = model.model_copy(update={"low_pass": None})
+    at_contact = runs[0] if is_read_as_is else _run(unread, mechanical, v_e, f_p)
     predictions = [_one(model, which, runs, at_contact, weights, i, rate) for i in range(len(v_e))]
     if which == "corrected" and runs[0].diverges.any():
         instead = predict(model, v_e, f_p, "recalibrated", sample_rate)
@@ -118,7 +120,8 @@ def tried_reach(model: GapModel, v: Variant) -> float:
 
 def _grid(model: GapModel, v: Variant) -> Grid:
     h = max(min(model.step_s, step_for(*v.theta[: len(RIG)])), LONGEST / (SAMPLES - 4))
-    return Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1))
+    low_pass = model.low_pass.filter if model.low_pass else None
+    return Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1), low_pass=low_pass)
 
 
 class _Run(NamedTuple):

@@ -12,12 +12,15 @@ import pytest
 
 import acf_jax as acf
 from acf_jax.api import training
+from acf_jax.dataset import LowPass
+from acf_jax.dataset.description import LowPassForm
 from acf_jax.diagnosis import Diagnosis
 from acf_jax.diagnosis.results import gap_model
 from acf_jax.errors import InputError
 from acf_jax.predict import predict
 from acf_jax.report import told
 from acf_jax.training.default import default_config
+from tests.api.conftest import KNOWN, SIGNALS
 from tests.few import few_explanations
 from tests.needs import need_program
 
@@ -53,6 +56,21 @@ def test_what_is_saved_answers_the_same(diagnosed, tmp_path):
     )
     kept = acf.read_model(tmp_path / "kept")
     assert kept.peak(0.2, 80).force == diagnosed.peak(0.2, 80).force
+
+
+def test_a_cutoff_is_the_filter_of_the_command(press):
+    session = acf.read_recording(press, **SIGNALS)
+    for wrong, fault in (
+        ("200", "low_pass must be a finite number"),
+        (-1.0, "cutoff_hz"),
+        (1e5, "cutoff_hz"),
+    ):
+        with pytest.raises(InputError, match=fault):
+            acf.diagnose(session, rig=acf.Prior(**KNOWN), low_pass=wrong)
+    with few_explanations(("gravity",), ("unknown_actuator",)):
+        found = acf.diagnose(session, rig=acf.Prior(**KNOWN), low_pass=np.float64(600))
+    assert found.dataset.measurement.low_pass == LowPass(600.0, order=4)
+    assert gap_model(found).low_pass == LowPassForm(cutoff_hz=600.0, order=4)
 
 
 @pytest.mark.parametrize("what", [None, "force", "peaks", "explanations", "made_of", "where"])

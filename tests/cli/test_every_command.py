@@ -235,6 +235,19 @@ def test_a_prediction_says_where_nothing_shows_that_the_correction_helps(end, tm
     assert code == 0 and ("compare with the recalibrated model" in error) == noted
 
 
+@pytest.mark.parametrize("hertz, says", [
+    ("0", "--low-pass"),
+    ("-200", "--low-pass"),
+    ("nan", "low-pass: cutoff_hz must be a finite number"),
+    ("20", "give at least"),
+    ("1e5", "give less than half of that"),
+])  # fmt: skip
+def test_a_filter_that_cannot_be_is_one_message(end, tmp_path, hertz, says):
+    code, text, error = end("diagnose", ROOT / "examples/rig", "--out", tmp_path / "out", "--low-pass", hertz)
+    assert code == 2 and not text and not list(tmp_path.iterdir())
+    assert says in error and "Traceback" not in error
+
+
 def test_peaks_are_on_the_terminal(end, tmp_path):
     prepared(("predict",), tmp_path)
     asked = tmp_path / "asked.csv"

@@ -45,6 +45,13 @@ def test_a_rig_may_repeat_without_scatter(folder):
     assert (measurement.contact_velocity_rel_std, measurement.pretension_rel_std) == (0.0, 0.0)
 
 
+def test_a_spike_is_not_beyond_the_range(folder):
+    edit(folder / "dataset.yaml", "force_noise_std_n: 1.0", "range_n: 300")
+    plain = (folder / "traces" / "t001.csv").read_text()
+    (folder / "traces" / "t001.csv").write_text(re.sub("(-0.002750,).*", r"\g<1>9999", plain))
+    assert read_dataset(folder).measurement.range_n == 300.0
+
+
 def test_reads_what_was_written(folder):
     dataset = read_dataset(folder)
     assert isinstance(dataset, GapDataset)
@@ -134,6 +141,13 @@ DESCRIPTION_FAULTS = [
     ("force_noise_std_n: 1.0", "force_noise_std_n: -1.0", ": measurement.force_noise_std_n"),
     ("force_noise_std_n: 1.0", "force_noise: 1.0", "did you mean 'force_noise_std_n'?"),
     ("force_noise_std_n: 1.0", "pretension_rel_std: 0.4", "if it is in percent, divide by 100"),
+    (
+        "force_noise_std_n: 1.0",
+        "range_n: 0.5",
+        "measurement.range_n: must be at least 1 N, but is 0.5; if it is in kN",
+    ),
+    ("force_noise_std_n: 1.0", "range_n: full", "measurement.range_n: must be a number"),
+    ("force_noise_std_n: 1.0", "range_n: 70", "measurement.range_n: is 70 N, but trial 't003' reads 2"),
     (
         "force_noise_std_n: 1.0",
         "pretension_rel_std: -0.1",

@@ -259,10 +259,12 @@ def test_peaks_that_are_equal_to_the_digit_are_cut_off():
     dataset = made_up(0)
     peaks = tuple(replace(t, trace=None, peak_force=min(t.peak_force, 200.0)) for t in dataset.trials)
     quality = assess_dataset(replace(dataset, trials=peaks))
-    assert len(quality.excluded) == 8
-    assert all("cut off at 200 N" in reason for reason in quality.excluded.values())
+    assert quality.excluded == {} and len(quality.damaged) == 8
+    assert sum(look.peak_is_bound for look in quality.trials) == 8
+    assert quality.doubts[0].startswith("the force is cut off at 200 N in 8 of 20 trials (t006, t007")
     whole = tuple(replace(t, trace=None, peak_force=round(t.peak_force)) for t in dataset.trials)
-    assert assess_dataset(replace(dataset, trials=whole)).excluded == {}
+    quality = assess_dataset(replace(dataset, trials=whole))
+    assert quality.excluded == {} and not any(look.peak_is_bound for look in quality.trials)
 
 
 def test_a_flat_top_to_the_end_of_the_trace_is_cut_off():

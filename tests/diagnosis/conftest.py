@@ -21,6 +21,6 @@ def gravity_set(tmp_path_factory: pytest.TempPathFactory) -> GapDataset:
 
 @pytest.fixture(scope="session")
 def diagnosed(gravity_set: GapDataset) -> Diagnosis:
-    """The diagnosis of that set with three of the thirteen effects and two of the free curves."""
+    """The diagnosis of that set with three of the effects and two of the free curves."""
     with few_explanations(KEPT, CURVES):
         return diagnose(gravity_set)

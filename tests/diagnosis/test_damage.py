@@ -1,6 +1,7 @@
 """How sure a verdict on damaged data may be, and that what is cut off is not fitted."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,9 +10,10 @@ import pytest
 from acf_jax.dataset import GapDataset, Trial, assess_dataset
 from acf_jax.diagnosis import Diagnosis, diagnose
 from acf_jax.diagnosis.damage import highest_probability, tempered
+from acf_jax.diagnosis.document import document
 from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored
 from acf_jax.inference.observations import observe
-from acf_jax.report import doubts, sentence
+from acf_jax.report import doubts, sentence, write_report
 from tests.diagnosis.conftest import CURVES, KEPT
 from tests.few import few_explanations
 
@@ -86,6 +88,43 @@ def test_what_is_cut_off_is_neither_fitted_nor_a_peak(half: Diagnosis) -> None:
     assert (o.used[cut].sum(1) > 5).all()  # rise and fall are
     relative = half.held["corrected"].peak_error[~cut]
     assert half.gap["corrected"].peak_rms_percent == pytest.approx(100 * np.sqrt((relative**2).mean()))
+
+
+def test_a_range_that_is_known_takes_nothing_from_the_verdict(
+    gravity_set: GapDataset, diagnosed: Diagnosis, half: Diagnosis
+) -> None:
+    """The same cause and parameters as without a limit, each within its interval; readings at it are bounds."""
+    limit = max(t.phase.cut_off or 0.0 for t in half.quality.trials if t.phase)
+    stated = replace(gravity_set, measurement=replace(gravity_set.measurement, range_n=limit))
+    with few_explanations(KEPT, CURVES):
+        d = diagnose(cut_off(stated, 0.55))
+    assert d.verdict == diagnosed.verdict == "identified" and d.scored[0].explanation == ("gravity",)
+    assert d.scored[0].probability == pytest.approx(diagnosed.scored[0].probability, abs=0.03)
+    assert d.highest == 1.0 and doubts(d) == doubts(diagnosed)
+    assert d.observations.censored is not None and d.observations.censored.sum() > 0.1 * d.observations.n_used
+    std = np.sqrt(np.diag(d.corrected.covariance))
+    assert (np.abs(d.corrected.theta - diagnosed.corrected.theta) < 2 * std).all()
+    held = d.held["corrected"].measured_peak
+    assert 0.2 < np.isnan(held).mean() < 0.8
+    assert any("the end of the sensor's range is reached in" in line for line in d.warnings)
+
+
+def test_peaks_beyond_a_known_range_are_bounds_to_the_end(
+    gravity_set: GapDataset, half: Diagnosis, tmp_path: Path
+) -> None:
+    """Peaks alone, half of them at the range's end: everything that follows goes on without them."""
+    limit = max(t.phase.cut_off or 0.0 for t in half.quality.trials if t.phase)
+    stated = replace(gravity_set.measurement, range_n=limit)
+    trials = tuple(replace(t, trace=None) for t in cut_off(gravity_set, 0.55).trials)
+    with few_explanations(KEPT, CURVES):
+        d = diagnose(replace(gravity_set, measurement=stated, trials=trials))
+    assert d.observations.censored is not None and d.excluded == {}
+    at_end = d.observations.censored[:, 0]
+    assert 0.2 < at_end.mean() < 0.8 and np.array_equal(np.isnan(d.held["corrected"].measured_peak), at_end)
+    fitted = d.fits[0].linear.predicted + d.fits[0].residual
+    assert (fitted[~at_end] > 0).all() and d.gap["recalibrated"].peak_rms_percent is not None
+    write_report(tmp_path / "report.html", d, document(d))
+    assert "≥" in (tmp_path / "report.html").read_text()
 
 
 def test_two_faulty_repeats_change_nothing(gravity_set: GapDataset, diagnosed: Diagnosis) -> None:

@@ -10,8 +10,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acf_jax.effects import AbstractEffect, Motion
+from acf_jax.effects import AbstractEffect, Motion, Parameter
 from acf_jax.effects._interface import Component
+from acf_jax.inference.parameters import TYPICAL
 from acf_jax.model import Impact, Rig
 from acf_jax.simulator import Response, simulate
 
@@ -83,7 +84,12 @@ def neutral(kind: Kind) -> np.ndarray:
 
 def start(kind: Kind, which: int, weaken: float = 1.0) -> np.ndarray:
     """Where fits begin: the first (weak) or last (strong) start of every parameter."""
-    return np.array([p.starts[which] * (1.0 if p.shape else weaken) for p in kind.parameters()])
+    return np.array([begins(p)[which] * (1.0 if p.shape else weaken) for p in kind.parameters()])
+
+
+def begins(p: Parameter) -> list[float]:
+    """The starts of a parameter for trials as they typically are."""
+    return [value * getattr(TYPICAL, p.of) if p.of else value for value in p.starts]
 
 
 @rule
@@ -102,7 +108,7 @@ def parameters_are_known(kind: Kind) -> None:
     assert [p.shape for p in parameters] == sorted(p.shape for p in parameters), "strengths first"
     for p in parameters:
         assert p.unit and p.meaning and p.scale > 0 and p.starts, p.name
-        assert all(p.low <= value <= p.high for value in p.starts), p.name
+        assert all(p.low <= value <= p.high for value in begins(p)), p.name
         assert p.low > 0 if p.shape else p.low <= 0 <= p.high, p.name
     assert any(value for p in parameters if not p.shape for value in p.starts), "a start has a strength"
 
@@ -178,7 +184,7 @@ def _closed_stroke(effect: AbstractEffect) -> tuple[jax.Array, jax.Array]:
     def motion(t, state):
         x, x_dot = 1e-3 * (1 - jnp.cos(turn * t)), 1e-3 * turn * jnp.sin(turn * t)
         s, s_dot = 0.5 * x, 0.5 * x_dot
-        now = Motion(RIG, impact, t, x, x_dot, s, s_dot, jnp.asarray(0.0), RIG.k_c * s)
+        now = Motion(RIG, impact, impact.f_p, t, x, x_dot, s, s_dot, jnp.asarray(0.0), RIG.k_c * s)
         return now._replace(f_c=now.f_c + effect.contact_force(now, state))
 
     def onward(state, span, rates):

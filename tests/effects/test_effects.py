@@ -30,10 +30,10 @@ def test_effect_keeps_the_rule(name, check):
 
 def test_the_library_has_the_effects_of_the_contract():
     assert set(library()) >= {
-        *("coulomb_friction", "gravity", "force_regulation", "end_stop"),
-        *("contact_hardening", "contact_damping", "pad_relaxation", "pad_mass"),
+        *("coulomb_friction", "gravity", "force_regulation", "end_stop", "pretension_error"),
+        *("contact_hardening", "contact_damping", "pad_relaxation", "pad_mass", "pad_bottoming"),
         *("robot_compliance", "robot_deceleration"),
-        *("sensor_lag", "sensor_resonance", "sensor_scale"),
+        *("sensor_lag", "sensor_resonance", "sensor_scale", "fixture_mass"),
     }
 
 

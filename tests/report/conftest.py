@@ -24,7 +24,7 @@ def diagnose_with_few(dataset: GapDataset) -> Diagnosis:
 def evil_set(tmp_path_factory: pytest.TempPathFactory) -> GapDataset:
     """A rig with dry friction, from the scipy world, with texts that are HTML."""
     folder = tmp_path_factory.mktemp("report") / "set"
-    write_case(make_case(3, ["coulomb_friction"], target=30.0, coloured=False), folder)
+    write_case(make_case(7, ["coulomb_friction"], target=30.0, coloured=False), folder)
     dataset = read_dataset(folder)
     trials = [replace(t, name=f"{t.name}{EVIL}") for t in dataset.trials[::3]]
     return replace(dataset, description=f"a <b>rig</b> {EVIL}", trials=tuple(trials))

@@ -244,7 +244,7 @@ def test_doubts_about_the_data_come_before_the_verdict(
     limits = (Limit("saturation", "the force is cut off"),)
     quality = replace(diagnosed.quality, damaged=(name,), limits=limits)
     damaged = replace(diagnosed, quality=quality, highest=0.9, excluded={"t001": "its force drops out"})
-    monkeypatch.setattr("acf_jax.diagnosis.diagnose", lambda *_: damaged)
+    monkeypatch.setattr("acf_jax.diagnosis.diagnose", lambda *_, **__: damaged)
     monkeypatch.setattr("acf_jax.dataset.read_dataset", lambda _: evil_set)
     result = CliRunner().invoke(command, ["set", "--out", str(tmp_path / "out")])
     lines = result.stdout.splitlines()

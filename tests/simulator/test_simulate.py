@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from acf_jax.effects.end_stop import EndStop
+from acf_jax.effects.pretension_error import PretensionError
 from acf_jax.effects.sensor_lag import SensorLag
 from acf_jax.effects.sensor_resonance import SensorResonance
 from acf_jax.model import Impact, Rig, contact_force, find_peak
@@ -45,6 +46,22 @@ def test_it_is_of_fourth_order():
     error = [abs(float(paper(RIG, IMPACT, duration / n, steps=n)[n]) - exact) for n in steps]
     order = -np.polyfit(np.log(steps), np.log(error), 1)[0]
     assert 3.8 < order < 4.3
+
+
+def test_every_effect_sees_the_pretension_that_acts():
+    """A label of 100 N that is 25 N too high is a pretension of 75 N, for the contact and for an end stop."""
+    never = 1e9  # s, until what is missing comes
+
+    @jax.jit
+    def force(label, stopped, share, offset):
+        effects = [EndStop(stopped, stopped), PretensionError(share, offset, never)]
+        return simulate(RIG, Impact(0.2, label), effects, H, SAMPLES).contact
+
+    for stopped in (0.0, 0.6):
+        right = force(75.0, stopped, 0.0, 0.0)
+        for share, offset in ((-0.25, 0.0), (0.0, -25.0), (-0.5, 25.0)):
+            assert np.allclose(force(100.0, stopped, share, offset), right, rtol=0, atol=1e-6)
+    assert np.allclose(force(20.0, 0.0, 0.0, -30.0), force(0.0, 0.0, 0.0, 0.0), rtol=0, atol=1e-9)
 
 
 def test_a_held_flange_is_released_when_the_contact_force_exceeds_the_pretension():

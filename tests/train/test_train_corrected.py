@@ -16,6 +16,7 @@ from needs import need_module
 from acf_jax.contact.body import WALL, Body
 from acf_jax.contact.model import forces
 from acf_jax.contact.model_file import ModelFile
+from acf_jax.dataset.description import LowPassForm
 from acf_jax.errors import InputError
 from acf_jax.gap_model import write_model
 from acf_jax.safety.check import Checker
@@ -113,6 +114,14 @@ def test_resuming_changes_nothing_and_makes_no_label_again(
         "no progress in a pipe, at most a dashboard"
     )
     assert ((finished / "metrics.json").read_bytes(), (finished / "model.eqx").read_bytes()) == before
+
+
+def test_readings_behind_a_filter_are_not_learnt(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = configuration(tmp_path)
+    model = gap_model(("gravity",), (-8.0,)).model_copy(update={"low_pass": LowPassForm(cutoff_hz=200.0)})
+    (tmp_path / "model.json").write_text(write_model(model), "utf-8")
+    assert train(config, tmp_path / "run", "--set", "labels.force=sensed") == 2
+    assert "have been through a low-pass" in capsys.readouterr().err
 
 
 def test_another_range_is_refused_before_labels_are_made(

@@ -9,13 +9,14 @@ from typing import Any, Self
 import plotly.graph_objects as go
 
 from acf_jax import diagnosis as library
-from acf_jax.api._values import begin, folder_of, plain
+from acf_jax.api._values import begin, folder_of, not_numbers, plain
 from acf_jax.api.dataset import DataSet, read_dataset
 from acf_jax.api.model import Answering, Model
 from acf_jax.api.recording import Recording
 from acf_jax.api.rig import prior_of
 from acf_jax.api.source import Source, of_gap
-from acf_jax.dataset import GapDataset
+from acf_jax.dataset import GapDataset, LowPass
+from acf_jax.dataset.low_pass import APPLIED_ORDER
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.results import gap_model
@@ -105,6 +106,7 @@ def diagnose(
     *,
     without: Collection[str] = (),
     seed: int = 0,
+    low_pass: float | None = None,
     progress: Progress = lambda stage: None,
 ) -> Diagnosis:
     """Where the gap between the paper's model and measured impacts lies, what causes it, and how far it shrinks.
@@ -114,12 +116,13 @@ def diagnose(
     **Arguments:** `data`: a `Recording`, a `DataSet`, or the folder of a data set. `rig`: what is known of the rig, an
     `acf_jax.Prior` or a rig's file; a recording needs it here or in `read_recording`, a data set brings its own, which
     this replaces. `without`: names of effects that cannot be the cause, as one who knows the rig would say. `seed`: of
-    the bootstrap. `progress`: called with the name of each stage, such as `print`.
+    the bootstrap. `low_pass`: cutoff, Hz, of a filter for data and model alike, to leave out what is faster, such as a
+    ring. `progress`: called with the name of each stage, such as `print`.
 
     **Returns:** `Diagnosis`.
 
-    **Raises:** `InputError` where the rig is missing, where no data set can come of a recording, and where fewer than
-    three trials can be used.
+    **Raises:** `InputError` where the rig is missing, where no data set can come of a recording, where fewer than three
+    trials can be used, and where the filter cannot be applied.
 
     >>> import acf_jax as acf
     >>> d = acf.diagnose("examples/rig")  # doctest: +SKIP
@@ -129,9 +132,13 @@ def diagnose(
     seed = plain(seed)
     if not isinstance(seed, int) or seed < 0:
         raise InputError(f"seed: must be a whole number, 0 or above, but is {shown(seed)}; correct it")
+    low_pass = plain(low_pass)
+    if faults := not_numbers({}, {"low_pass": low_pass}):
+        raise InputError(faults)
+    band = None if low_pass is None else LowPass(low_pass, APPLIED_ORDER)
     dataset = _data_set(data, rig)
     try:
-        return Diagnosis.of(library.diagnose(dataset, seed, progress, without))
+        return Diagnosis.of(library.diagnose(dataset, seed, progress, without, band))
     except ValueError as error:
         raise InputError(str(error).splitlines()) from None
 

@@ -14,6 +14,7 @@ EXAMPLES = """
 Examples:
   python -m acf_jax diagnose my_rig --out result
   python -m acf_jax diagnose my_rig --out result --json | python -m json.tool
+  python -m acf_jax diagnose my_rig --out result --low-pass 200
 """
 
 
@@ -21,15 +22,22 @@ Examples:
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for the results.")
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of the bootstrap intervals.")
+@click.option(
+    "--low-pass",
+    type=click.FloatRange(0.0, min_open=True),
+    metavar="HZ",
+    help="Cutoff of a low-pass for data and model alike, to leave out what is faster, as a ring.",
+)
 @OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: diagnosis.json.")
-def command(dataset: Path, out: Path, seed: int, overwrite: bool, as_json: bool) -> None:
+def command(dataset: Path, out: Path, seed: int, low_pass: float | None, overwrite: bool, as_json: bool) -> None:
     """Diagnose the sim-to-real gap of the data set in the folder DATASET.
 
     Writes OUT/diagnosis.json, OUT/report.html, OUT/model.json and OUT/provenance.json.
     `import` makes a data set of a recording.
     """
-    from acf_jax.dataset import read_dataset
+    from acf_jax.dataset import LowPass, read_dataset
+    from acf_jax.dataset.low_pass import APPLIED_ORDER
     from acf_jax.errors import InputError, collected
 
     faults = [f"--out {out}: is a file; name a folder"] if out.exists() and not out.is_dir() else []
@@ -39,6 +47,7 @@ def command(dataset: Path, out: Path, seed: int, overwrite: bool, as_json: bool)
     data = collected(faults, lambda: read_dataset(dataset))  # told before anything slow is loaded
     if faults or data is None:
         raise InputError(faults)
+    band = LowPass(low_pass, APPLIED_ORDER) if low_pass else None
 
     from acf_jax.start import start_jax
 
@@ -47,7 +56,7 @@ def command(dataset: Path, out: Path, seed: int, overwrite: bool, as_json: bool)
     from acf_jax.report import save_diagnosis, told
 
     with stages() as progress:
-        diagnosis = diagnose(data, seed, progress)
+        diagnosis = diagnose(data, seed, progress, low_pass=band)
         progress("writing the report")
         content = save_diagnosis(out, diagnosis, origin({str(dataset): data.digest}))
     if as_json:

@@ -11,6 +11,7 @@ from acf_jax.dataset.read import data_sets as data_sets
 from acf_jax.dataset.read import read_conditions as read_conditions
 from acf_jax.dataset.read import read_dataset as read_dataset
 from acf_jax.dataset.trials import GapDataset as GapDataset
+from acf_jax.dataset.trials import LowPass as LowPass
 from acf_jax.dataset.trials import Measurement as Measurement
 from acf_jax.dataset.trials import Prior as Prior
 from acf_jax.dataset.trials import RigPrior as RigPrior

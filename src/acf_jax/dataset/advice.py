@@ -1,6 +1,7 @@
 """What a user should know of the data before the fit, in plain words."""
 
 from collections import Counter
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from acf_jax.dataset.look import CUT_OFF, TrialQuality
@@ -10,6 +11,7 @@ from acf_jax.dataset.phase import NEGATIVE, ImpactPhase
 from acf_jax.dataset.trials import GapDataset
 from acf_jax.dataset.trust import SATURATION
 
+BOUNDS = "These readings count as 'at least this much', and the peaks of these trials are unknown"
 FARTHEST = 8.0  # standard deviations that peaks of one condition may lie apart
 DAMAGE = "damaged trials"
 
@@ -81,6 +83,11 @@ def trial_warnings(trials: list[TrialQuality], excluded: dict[str, str], noise: 
     """Of the trials that are not left out: what the sensor, the trigger and the impacts show."""
     warnings = []
     kept = [trial for trial in trials if trial.name not in excluded]
+    if at_range := [trial.name for trial in kept if trial.at_range]:
+        warnings.append(
+            f"the end of the sensor's range is reached in {len(at_range)} of {len(trials)} trials"
+            f" ({named(at_range)}). {BOUNDS}"
+        )
     drifting = [
         t.name for t in kept if t.approach and noise.is_white and _drifts(t.approach, t.phase, noise.std)
     ]
@@ -125,14 +132,15 @@ def damage(
     repeats have the same trace.
     """
     found = []
-    cut = {t.name: t.phase.cut_off for t in trials if t.phase and t.phase.cut_off and t.name not in excluded}
+    ends = dict(_cut_off(dataset, trials))
+    cut = {t.name: ends[t.name] for t in trials if t.name in ends.keys() - excluded.keys() and not t.at_range}
     if cut:
         low, high = min(cut.values()), max(cut.values())
         at = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"
         line = (
-            f"the force is cut off at {at} in {len(cut)} of {len(trials)} trials ({named(list(cut))}): the sensor's"
-            " range ends there. These readings are not compared, and the peaks of these trials are unknown:"
-            " use a sensor of a larger range, or touch more slowly"
+            f"the force is cut off at {at} in {len(cut)} of {len(trials)} trials ({named(list(cut))}): where the"
+            f" sensor's range ends, state it as range_n. {BOUNDS}: use a sensor of a larger range, or touch more"
+            " slowly"
         )
         found.append(Damage(SATURATION, line, list(cut)))
     # that a force is cut off has been said
@@ -158,6 +166,15 @@ def damage(
     return [*found, *_far_repeats(dataset, trials, excluded, noise)]
 
 
+def _cut_off(dataset: GapDataset, trials: list[TrialQuality]) -> Iterator[tuple[str, float]]:
+    """The trials whose force is cut off, and the reading, N, where it is."""
+    for trial, look in zip(dataset.trials, trials, strict=True):
+        if look.phase and look.phase.cut_off is not None:
+            yield look.name, look.phase.peak_force
+        elif look.peak_is_bound and trial.peak_force is not None:
+            yield look.name, trial.peak_force
+
+
 def _far_repeats(
     dataset: GapDataset, trials: list[TrialQuality], excluded: dict[str, str], noise: Noise
 ) -> list[Damage]:
@@ -165,12 +182,13 @@ def _far_repeats(
     scatter = dataset.measurement.contact_velocity_rel_std + dataset.measurement.pretension_rel_std
     lines: list[str] = []
     names: list[str] = []
+    cut = dict(_cut_off(dataset, trials))
     for (velocity, pretension), group in dataset.conditions.items():
         looks = [(trials[i].name, dataset.trials[i].peak_force, trials[i].phase) for i in group]
         peaks = {
             name: phase.height if phase else peak
             for name, peak, phase in looks
-            if name not in excluded and (phase is None or phase.cut_off is None)
+            if name not in excluded and name not in cut
         }
         known = {name: peak for name, peak in peaks.items() if peak is not None}
         low, high = min(known.values(), default=0.0), max(known.values(), default=0.0)

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 
 from acf_jax.dataset import units
 from acf_jax.dataset.rig_file import KEYS, as_prior
-from acf_jax.dataset.trials import Measurement, Prior, RigPrior
+from acf_jax.dataset.trials import LowPass, Measurement, Prior, RigPrior
 from acf_jax.errors import InputError
 from acf_jax.files import read_yaml_mapping
 from acf_jax.forms import Part, check_form
@@ -68,12 +68,27 @@ class _Rig(Part):
     contact_stiffness_n_per_m: _ContactStiffness
 
 
+class LowPassForm(Part):
+    """A `LowPass` as files state it."""
+
+    cutoff_hz: Annotated[float, _within(units.CUTOFF)]
+    order: Annotated[int, Field(ge=1, le=10)] = LowPass.order
+    zero_phase: bool = LowPass.zero_phase
+
+    @property
+    def filter(self) -> LowPass:
+        """What is stated."""
+        return LowPass(**self.model_dump())
+
+
 class _Measurement(Part):
     force_noise_std_n: Annotated[float, _within(units.FORCE_NOISE)] | None = None
     contact_velocity_rel_std: Annotated[float, _within(units.RELATIVE_STD)] = (
         Measurement.contact_velocity_rel_std
     )
     pretension_rel_std: Annotated[float, _within(units.RELATIVE_STD)] = Measurement.pretension_rel_std
+    range_n: Annotated[float, _within(units.SENSOR_RANGE)] | None = None
+    low_pass: LowPassForm | None = None
 
 
 class _Document(Part):
@@ -110,8 +125,9 @@ def check_description(path: Path, mapping: dict[str, Any]) -> tuple[str, RigPrio
         faults += _renamed(error.faults, f"{path}: rig.", f"{path}: rig.", called)
     if faults:
         raise InputError(faults)
-    measurement = Measurement(**document.measurement.model_dump())
-    return document.description, _prior(document.rig), measurement
+    measurement = document.measurement
+    known = measurement.model_dump() | {"low_pass": measurement.low_pass and measurement.low_pass.filter}
+    return document.description, _prior(document.rig), Measurement(**known)
 
 
 def _renamed(faults: Sequence[str], before: str, after: str, called: Mapping[str, str]) -> list[str]:

@@ -46,7 +46,9 @@ def compared(
     noise_std: float,
 ) -> tuple[list[TrialQuality], dict[str, list[str]], dict[str, str]]:
     """The trials with their trigger offsets, those that differ from the others, and those whose repeats do so, too."""
-    healthy = [i for i, t in enumerate(trials) if not t.tells_nothing and t.name not in suspects]
+    healthy = [
+        i for i, t in enumerate(trials) if not (t.tells_nothing or t.peak_is_bound) and t.name not in suspects
+    ]
     agreements = compare(
         [dataset.trials[i] for i in healthy], [trials[i].phase for i in healthy], noise_std, _spread(dataset)
     )

@@ -12,6 +12,7 @@ from acf_jax.dataset.units import expected_peak
 
 LEAST = 6  # samples of an impact: a handful has no shape to judge
 DIFFERS = 1.1  # times the force of one condition, of another one: too much for peaks that are equal by chance
+BELOW = 3.0  # standard deviations of the noise, by which a reading at the range's end may lie below it
 CUT_OFF = "its force is cut off at"
 
 
@@ -25,22 +26,32 @@ class TrialQuality:
     sample_rate: float | None  # Hz
     quantisation: float  # N, step of the force readings; 0: none seen
     trigger_offset: float | None  # s, against the other trials; > 0: the impact comes late
-    tells_nothing: bool = False  # whether there is nothing to compare: no impact, or a peak that is cut off
+    tells_nothing: bool = False  # whether there is nothing to compare: no impact
+    at_range: bool = False  # whether it reads as much as the range that is stated
+    peak_is_bound: bool = (
+        False  # whether its peak, without a trace, is a lower bound: the sensor's range ends there
+    )
     faults: tuple[str, ...] = ()  # why the trial is not to be trusted; empty for a healthy one
     oddities: tuple[
         str, ...
     ] = ()  # what is strange about its shape: a fault unless its repeats have the same
 
 
-def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> TrialQuality:
+def assess(
+    trial: Trial, impact_time: float, noise_std: float | None = None, range_n: float = np.inf
+) -> TrialQuality:
     """Look at one trial by itself.
 
     **Arguments:** `trial`: the trial. `impact_time`: how long an impact lasts, roughly, s. `noise_std`: noise of
-    one sample, N; None: taken from the approach.
+    one sample, N; None: taken from the approach. `range_n`: reading at which the sensor's range ends, N.
     """
     trace = trial.trace
     if trace is None:
-        return TrialQuality(trial.name, None, None, None, 0.0, None)
+        end = range_n - BELOW * (noise_std or 0.0)
+        is_bound = trial.peak_force is not None and trial.peak_force >= end
+        return TrialQuality(
+            trial.name, None, None, None, 0.0, None, at_range=is_bound, peak_is_bound=is_bound
+        )
     approach = look_at_approach(trace)
     own = approach.noise_std if approach else 0.0
     std = own if noise_std is None else noise_std
@@ -51,13 +62,18 @@ def assess(trial: Trial, impact_time: float, noise_std: float | None = None) -> 
     if faults := no_impact(trial, phase):
         return replace(found, tells_nothing=True, faults=tuple(faults))
     assert phase is not None
+    if phase.peak_force >= (end := range_n - BELOW * std):
+        phase = replace(phase, cut_off=end)
+        found = replace(found, phase=phase, at_range=True)
     if phase.stop - phase.start < LEAST:
         return found
     zeroed = Trace(trace.time, trace.force - offset)
     sticking, falling = stuck(zeroed, phase, std), dropout(zeroed, phase, std)
+    if not found.at_range and cut_off(zeroed, phase, std):
+        phase = replace(phase, cut_off=phase.peak_force)
     return replace(
         found,
-        phase=replace(phase, cut_off=phase.peak_force if cut_off(zeroed, phase, std) else None),
+        phase=phase,
         faults=(sticking,) if sticking else (),
         oddities=(falling,) if falling else (),
     )
@@ -77,9 +93,9 @@ def at_one_ceiling(dataset: GapDataset, trials: list[TrialQuality]) -> list[Tria
             if t.phase and t.phase.peak_force == highest:
                 found[i] = replace(t, phase=replace(t.phase, cut_off=highest))
     for i, phase in cut.items():
-        if phase.peak_force < highest:
+        if phase.peak_force < highest and not found[i].at_range:
             fault = f"{CUT_OFF} {phase.peak_force:.4g} N, which other trials exceed (amplifier?)"
-            found[i] = replace(trials[i], faults=(*trials[i].faults, fault))
+            found[i] = replace(found[i], faults=(*found[i].faults, fault))
     return _peaks_at_one_ceiling(dataset, found)
 
 
@@ -93,7 +109,4 @@ def _peaks_at_one_ceiling(dataset: GapDataset, trials: list[TrialQuality]) -> li
     expected = [expected_peak(dataset.rig, dataset.trials[i]) for i in at_it]
     if len(at_it) < 3 or max(expected) < DIFFERS * min(expected):
         return trials
-    fault = f"{CUT_OFF} {highest:.4g} N, as in {len(at_it) - 1} other trials: its peak is unknown (sensor's range?)"
-    return [
-        replace(t, tells_nothing=True, faults=(fault,)) if i in at_it else t for i, t in enumerate(trials)
-    ]
+    return [replace(t, peak_is_bound=True) if i in at_it else t for i, t in enumerate(trials)]

@@ -8,6 +8,7 @@ import numpy as np
 from acf_jax.dataset.advice import damage, mended_lines, noise_warnings, stated_noise, trial_warnings
 from acf_jax.dataset.faulty import compared, exclude, suspects
 from acf_jax.dataset.look import TrialQuality, assess, at_one_ceiling
+from acf_jax.dataset.low_pass import noise_behind, statement
 from acf_jax.dataset.mend import mend
 from acf_jax.dataset.noise import (
     Noise,
@@ -63,7 +64,11 @@ def assess_dataset(dataset: GapDataset) -> Quality:
     dataset = mended.dataset
     stated = dataset.measurement.force_noise_std_n
     typical = _typical_noise([t.trace for t in dataset.trials if t.trace]) if stated is None else stated
-    looks = [assess(trial, dataset.rig.impact_time, typical) for trial in dataset.trials]
+    end = dataset.measurement.range_n or np.inf
+    looks = [
+        assess(trial, dataset.rig.impact_time, typical, end - mended.zeros.get(trial.name, 0.0))
+        for trial in dataset.trials
+    ]
     looks = at_one_ceiling(dataset, looks)
     suspected = suspects(mended, looks, typical)
     looks, differing, shared = compared(dataset, looks, suspected, typical)
@@ -76,9 +81,10 @@ def assess_dataset(dataset: GapDataset) -> Quality:
         ]
     )
     traces = [trace for trace, _ in sound]
-    approach = fit_noise(traces, stated)
+    low_pass = dataset.measurement.low_pass
+    approach = noise_behind(traces, low_pass) if low_pass else fit_noise(traces, stated)
     least = _error_of_steps(sound)
-    noise = _choose_noise(dataset, approach, sound, least)
+    noise = _choose_noise(dataset, approach, sound, least, looks)
     constant = zip(sound, constant_approaches(traces), strict=True)
     still = [look.name for (_, look), is_still in constant if is_still and look.approach]
     damaged = damage(dataset, looks, excluded, kept, shared, noise)
@@ -104,6 +110,7 @@ def assess_dataset(dataset: GapDataset) -> Quality:
         found,
         warnings=(
             *found.doubts,
+            *([statement(low_pass)] if low_pass else []),
             *noise_warnings(dataset, noise, approach, still),
             *(f"trial {name} is left out: {reason}" for name, reason in excluded.items()),
             *(limit.line for limit in (*measured, *design_limits(dataset, found.used))),
@@ -133,21 +140,26 @@ def _typical_noise(traces: list[Trace]) -> float:
 
 
 def _choose_noise(
-    dataset: GapDataset, approach: Noise | None, sound: list[tuple[Trace, TrialQuality]], least: float
+    dataset: GapDataset,
+    approach: Noise | None,
+    sound: list[tuple[Trace, TrialQuality]],
+    least: float,
+    looks: list[TrialQuality],
 ) -> Noise:
     """The stated size with the estimated colour; without either, what differences and the peaks allow.
 
     No estimate is below `least`, by which readings in steps err; a stated size is kept.
     """
     usable = approach if approach and approach.std > 0.0 else None
-    differences = None if usable else _differences(approach, sound)
+    is_rough = dataset.measurement.low_pass is None  # a filter leaves nothing of noise in differences
+    differences = _differences(approach, sound) if is_rough and not usable else None
     told = approach or differences
     stated = dataset.measurement.force_noise_std_n
     if stated is not None:
         if told is None:
             return Noise(stated, source="stated")
         return replace(told, std=stated, source="stated")
-    for found in (usable, differences, _repeats(dataset), _assumed(dataset)):
+    for found in (usable, differences, _repeats(dataset, looks), _assumed(dataset)):
         if found and (std := max(found.std, least)) > 0.0:
             offset, offset_std = (told.offset, told.offset_std) if told else (0.0, 0.0)
             return replace(found, std=std, offset=offset, offset_std=offset_std)
@@ -170,9 +182,12 @@ def _differences(approach: Noise | None, sound: list[tuple[Trace, TrialQuality]]
     return difference_noise([Trace(trace.time[:stop], trace.force[:stop]) for trace, stop in ends])
 
 
-def _repeats(dataset: GapDataset) -> Noise | None:
+def _repeats(dataset: GapDataset, looks: list[TrialQuality]) -> Noise | None:
     """Noise from the scatter of peaks that repeat a condition; None where there are too few."""
-    groups = [[dataset.trials[i].peak_force for i in group] for group in dataset.conditions.values()]
+    groups = [
+        [dataset.trials[i].peak_force for i in group if not looks[i].peak_is_bound]
+        for group in dataset.conditions.values()
+    ]
     known = [np.array([peak for peak in group if peak is not None]) for group in groups]
     away = [(g - g.mean()) * (g.size / (g.size - 1)) ** 0.5 for g in known if g.size > 1]
     count = sum(g.size - 1 for g in away)

@@ -46,6 +46,11 @@ def read_dataset(folder: str | Path) -> GapDataset:
     except InputError as error:
         faults += error.faults
     trials = _read_trials(folder, rig, faults)
+    low_pass = measurement.low_pass
+    if low_pass and (fault := units.low_pass_fault(low_pass, rig.impact_time, trials)):
+        faults.append(f"{folder / 'dataset.yaml'}: measurement.low_pass: {fault}")
+    if measurement.range_n and (fault := units.range_fault(measurement.range_n, trials)):
+        faults.append(f"{folder / 'dataset.yaml'}: {fault}")
     if faults:
         raise InputError(faults)
     return GapDataset(folder, description, rig, measurement, tuple(trials))

@@ -46,12 +46,25 @@ class RigPrior:
 
 
 @dataclass(frozen=True)
+class LowPass:
+    """A Butterworth filter; `zero_phase`: applied forwards and backwards, so that its order counts twice."""
+
+    cutoff_hz: float
+    order: int = 2
+    zero_phase: bool = False
+
+
+@dataclass(frozen=True)
 class Measurement:
     """How the trials were measured."""
 
     force_noise_std_n: float | None = None  # N, of one sample; None: to be estimated from the approach
     contact_velocity_rel_std: float = 0.005  # spread of the true value about the commanded one
     pretension_rel_std: float = 0.005
+    range_n: float | None = (
+        None  # N, of the sensor: readings at it are lower bounds; None: told from flat tops
+    )
+    low_pass: LowPass | None = None  # that the readings have been through
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from acf_jax.dataset.trials import Prior, RigPrior, Trace, Trial
+from acf_jax.dataset.trials import LowPass, Prior, RigPrior, Trace, Trial
 from acf_jax.documents import is_number
 from acf_jax.errors import shown
 
@@ -50,6 +50,8 @@ VELOCITY = Limit("m/s", 1e-5, 5.0, "if it is in km/s, multiply by 1000", "if it 
 PRETENSION = Limit("N", 0.0, 5e3, too_high="if it is in gf, multiply by 0.0098, if in mN, divide by 1000")
 PEAK_FORCE = Limit("N", 0.1, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
 FORCE_LIMIT = Limit("N", 1.0, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
+SENSOR_RANGE = Limit("N", 1.0, 1e5, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
+CUTOFF = Limit("Hz", 1.0, 1e6, "if it is in kHz, multiply by 1000", "if it is in mHz, divide by 1000")
 FORCE_NOISE = Limit("N", 1e-6, 1e3, too_high="if it is in mN, divide by 1000")
 RELATIVE_STD = Limit("", 0.0, 0.25, too_high="if it is in percent, divide by 100")
 
@@ -69,6 +71,7 @@ MUST_BE_POSITIVE = ("m", "k_c", "limit")
 TYPICAL_RIG = RigPrior(Prior(4.0, 2.0), Prior(80.0, 80.0), Prior(5e3, 5e3), Prior(2e5, 1e5))
 
 _SHORTEST = 0.05  # of an impact, that a trace lasts: no rig's uncertainty explains less
+_BEYOND = 1.1  # times its range, that a sensor may read
 _FAR = 100.0  # a factor that no rig's uncertainty explains, yet well below the 1000 of a wrong prefix
 
 
@@ -136,6 +139,40 @@ def _at_rest(trace: Trace) -> tuple[float, float]:
         return 0.0, 0.0
     rest = float(np.median(before))
     return rest, 1.4826 * float(np.median(np.abs(before - rest)))
+
+
+def range_fault(range_n: float, trials: Sequence[Trial]) -> str | None:
+    """Why the sensor's range cannot end at `range_n`, N, as some trial reads far more; None when it can."""
+    # a spike of one or two samples is no range
+    tops = {t.name: float(np.partition(t.trace.force, -3)[-3]) for t in trials if t.trace}
+    tops |= {t.name: t.peak_force for t in trials if t.trace is None and t.peak_force is not None}
+    name = max(tops, key=tops.__getitem__, default=None)
+    if name is None or tops[name] <= _BEYOND * range_n:
+        return None
+    return (
+        f"measurement.range_n: is {range_n:g} N, but trial {shown(name)} reads {tops[name]:.4g} N; give the reading at"
+        " which the sensor's range ends, or leave it out"
+    )
+
+
+def low_pass_fault(low_pass: LowPass, impact_time: float, trials: Sequence[Trial]) -> str | None:
+    """Why a filter leaves nothing to compare, or no trace can have been through it; None where neither is so."""
+    cutoff, low = low_pass.cutoff_hz, 1 / impact_time
+    if fault := CUTOFF.fault(cutoff):
+        return f"cutoff_hz {fault}"
+    if cutoff < low:
+        return (
+            f"cutoff_hz is {cutoff:g} Hz, which leaves less than two samples of an impact of"
+            f" {1e3 * impact_time:.3g} ms; give at least {low:.3g} Hz"
+        )
+    rates = {t.name: 1 / float(np.median(np.diff(t.trace.time))) for t in trials if t.trace}
+    name = min(rates, key=rates.__getitem__, default=None)
+    if name is None or cutoff < rates[name] / 2:
+        return None
+    return (
+        f"cutoff_hz is {cutoff:g} Hz, but trial {shown(name)} is sampled at {rates[name]:.4g} Hz; give less than half"
+        " of that"
+    )
 
 
 def sign_fault(traces: Sequence[Trace]) -> str | None:

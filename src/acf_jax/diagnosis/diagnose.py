@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from acf_jax.dataset import GapDataset, Quality, assess_dataset
+from acf_jax.dataset import GapDataset, LowPass, Quality, assess_dataset
+from acf_jax.dataset.filtered import assess_low_passed
+from acf_jax.dataset.low_pass import approach_behind, thinned
 from acf_jax.dataset.noise import approach_samples
 from acf_jax.diagnosis import claims, damage, identifiability, strain
 from acf_jax.diagnosis.contributions import Contribution, contributions
@@ -82,12 +84,15 @@ def diagnose(
     seed: int = 0,
     progress: Progress = lambda stage: None,
     without: Collection[str] = (),
+    low_pass: LowPass | None = None,
 ) -> Diagnosis:
     """Where the gap between the paper's model and measured impacts lies, why, and how far it shrinks.
 
     **Arguments:** `dataset`: as `read_dataset` gives it, or built from arrays. `seed`: of the bootstrap; the same seed
     gives the same answer. `progress`: called with the name of each stage as it begins. `without`:
-    effects of the library that cannot be the cause, as one who knows the rig would say.
+    effects of the library that cannot be the cause, as one who knows the rig would say. `low_pass`: a filter for data
+    and model, to leave out what is faster than any cause that is asked for, as a ring; then `Diagnosis.dataset` holds
+    what came out of it.
 
     **Returns:** a `Diagnosis`. Needs float64 (`jax_enable_x64`).
 
@@ -98,12 +103,14 @@ def diagnose(
             f"no effect is called {', '.join(map(repr, sorted(strange)))}; take of {sorted(library())}"
         )
     progress("looking at the data")
-    quality = assess_dataset(dataset)
+    names = [trial.name for trial in dataset.trials]
+    quality = assess_low_passed(dataset, low_pass) if low_pass else assess_dataset(dataset)
+    dataset = quality.dataset if low_pass else dataset
     observations = with_scatter(observe(quality))
     excluded = dict(quality.excluded)
-    for trial in dataset.trials:
-        if trial.name not in observations.names:
-            excluded.setdefault(trial.name, NOT_COMPARED)
+    for name in names:
+        if name not in observations.names:
+            excluded.setdefault(name, NOT_COMPARED)
     effects = [name for name in library() if name not in without]
     recalibrated, fits = fit_all(observations, effects, progress)
     left_out = outliers(observations, [recalibrated, *fits])
@@ -114,7 +121,10 @@ def diagnose(
         recalibrated, fits = fit_all(observations, effects, progress)
     progress("asking what the noise is like")
     traces = [t.trace for t in quality.dataset.trials if t.trace and t.name in observations.names]
-    observations, fits = recoloured(observations, [recalibrated, *fits], list(map(approach_samples, traces)))
+    before = [approach_samples(trace) for trace in traces]
+    if band := observations.low_pass:
+        before = [thinned(approach_behind(trace, band), band) for trace in traces]
+    observations, fits = recoloured(observations, [recalibrated, *fits], before)
     progress("weighing explanations")
     fits, evidence = explain(observations, fits, effects)
     highest = damage.highest_probability(quality, observations.names)

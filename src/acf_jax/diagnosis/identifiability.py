@@ -48,7 +48,7 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
     """
     quiet = np.zeros((len(observations.names), observations.n_nuisances))
     linear = linearise(observations, truth.explanation, truth.coordinates, truth.u, quiet, truth.grid)
-    ideal = replace(observations, force=np.where(observations.used, linear.predicted, 0.0))
+    ideal = replace(observations, force=np.where(observations.used, linear.predicted, observations.force))
     prior = float((truth.u**2).sum() - (_of_effects(truth) ** 2).sum())
 
     def imitate(other: Fit) -> Fit:

@@ -85,9 +85,11 @@ def _begins_like_the_others(observations: Observations, fitted: Fit, i: int) -> 
     """Whether an explanation that is fitted to the others and to the beginning of trial `i` fits that beginning."""
     force, time = observations.force[i], observations.time[i]
     peak = time[np.where(observations.used[i], force, -np.inf).argmax()]
-    used = observations.used.copy()
-    used[i] &= time < BEGINNING * peak
-    again = fit(replace(observations, used=used), fitted.explanation, fitted.theta)
+    begins = np.ones_like(observations.used)
+    begins[i] = time < BEGINNING * peak
+    used = observations.used & begins
+    censored = None if observations.censored is None else observations.censored & begins
+    again = fit(replace(observations, used=used, censored=censored), fitted.explanation, fitted.theta)
     ratio = again.chi2 / np.maximum(used.sum(1), 1)
     return bool(ratio[i] < OUTLIER * np.median(ratio))
 

@@ -1,12 +1,14 @@
 """What a diagnosis leaves for other programs: `diagnosis.json` and `model.json`."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from acf_jax.dataset.description import LowPassForm
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.experiment import Experiment
@@ -71,6 +73,7 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         f_p_range=(float(o.f_p.min()), float(o.f_p.max())),
         corners=_corners(o.v_e, o.f_p),
         rel_std=o.rel_std,
+        low_pass=LowPassForm(**asdict(o.low_pass)) if o.low_pass else None,
         verdict=cast(Verdict, d.verdict),
         shown_closer=_shown_closer(d),
         better=None if d.comparison is None else d.comparison.is_better,

@@ -30,7 +30,7 @@ def spectrum(observations: Observations, residual: dict[str, np.ndarray]) -> Spe
     traces = np.flatnonzero(o.traced.any(1))
     if not traces.size:
         return None
-    interval = float(np.median(o.intervals))
+    interval = float(np.median(o.spacings))
     longest = int(o.traced.sum(1).max())
     count = max(1, int(np.ceil(np.log(longest / 2) / np.log(THIRD))))
     edges = 0.5 / interval / THIRD ** np.arange(count, -1, -1.0)

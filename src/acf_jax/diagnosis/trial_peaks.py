@@ -21,12 +21,12 @@ def measured_peaks(quality: Quality, observations: Observations) -> np.ndarray:
     for name in observations.names:
         trial, look = by_name[name]
         if look.phase is None:
-            peaks.append(trial.peak_force)
+            peaks.append(np.nan if look.peak_is_bound else trial.peak_force)
         elif look.phase.cut_off is None:
             peaks.append(look.phase.peak_force - quality.noise.offset)
         else:
             stated = trial.peak_force or 0.0
-            peaks.append(stated - quality.noise.offset if stated > look.phase.cut_off else np.nan)
+            peaks.append(stated - quality.noise.offset if stated > look.phase.peak_force else np.nan)
     return np.array(peaks, float)
 
 

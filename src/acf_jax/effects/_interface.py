@@ -17,7 +17,7 @@ Scalar = Float[Array, ""]
 States = tuple[Scalar, ...]
 Component = Literal["actuator", "contact", "robot", "sensor"]
 Measure = Literal[
-    "force", "frequency", "compliance", "stroke"
+    "force", "frequency", "compliance", "stroke", "compression"
 ]  # of trials and rig, `inference.parameters.Measures`
 
 
@@ -68,7 +68,8 @@ class Motion(NamedTuple):
     """What an effect can see at one instant. Positive x compresses the flange."""
 
     rig: Rig
-    impact: Impact
+    impact: Impact  # its pretension is the one that acts
+    label: Scalar  # N, pretension as commanded
     t: Scalar  # s since first contact
     x: Scalar  # m, flange
     x_dot: Scalar  # m/s
@@ -106,6 +107,10 @@ class AbstractEffect(eqx.Module):
     def pad_displacement(self, state: States) -> tuple[Scalar, Scalar]:
         """Displacement (m) and velocity (m/s) of the contact point relative to the flange."""
         return jnp.asarray(0.0), jnp.asarray(0.0)
+
+    def pretension_excess(self, impact: Impact) -> Scalar:
+        """By how much the pretension that acts exceeds the commanded one (N); every other hook gets what acts."""
+        return jnp.asarray(0.0)
 
     def initial_relief(self, impact: Impact) -> Scalar:
         """By how much the contact force starts below F_P (N)."""

@@ -14,6 +14,7 @@ class SensorResonance(AbstractEffect):
     component = "sensor"
     title = "Sensor resonance"
     remedy = "mount the sensor stiffer, and make what is bolted to it lighter"
+    longest_step = 5e-5  # where all of the force rings, what lies between steps has to be told well
 
     share: Scalar = strength(
         "1", 0.0, 1.5, (0.2, 0.9), 0.7, "share of the force that passes through the mode"

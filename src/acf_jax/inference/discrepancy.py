@@ -32,8 +32,10 @@ def discrepancy(observations: Observations, size: float) -> Discrepancy:
     count = int(np.clip(np.ceil(_turns(o, end)), 1, MOST))
     _, condition, repeats = np.unique(o.condition, return_inverse=True, return_counts=True)
     phase = np.pi * np.arange(count)[:, None] * (_turns(o, o.time) / _turns(o, end))[:, None]
-    envelope = np.array([_envelope(o, i, period / 2) for i in range(len(o.names))])
-    waves = size * np.sqrt(2 / count) * np.cos(phase) * (envelope * o.traced)[:, None]
+    spacing = np.zeros(len(o.names))
+    spacing[~o.peak_only] = o.spacings
+    envelope = np.array([_envelope(o, i, period / 2, spacing[i]) for i in range(len(o.names))])
+    waves = size * np.sqrt(2 / count) * np.cos(phase) * (envelope * o.along)[:, None]
     own = np.sqrt((1 - SHARED) * repeats[condition])[:, None, None]
     return Discrepancy(own * waves, np.sqrt(SHARED) * waves)
 
@@ -44,13 +46,13 @@ def _turns(o: Observations, time: np.ndarray | float) -> np.ndarray:
     Besides up to `FASTEST`, once in each factor of e of the time, from the first sample on: what has lasted for a time
     may have changed within it, and not faster.
     """
-    interval = np.median(o.intervals) if o.intervals.size else np.inf
+    spacing = np.median(o.spacings) if o.spacings.size else np.inf
     since = np.maximum(time, 0.0)
-    return np.asarray(2 * FASTEST * o.measures.frequency * since + np.log1p(since / interval))
+    return np.asarray(2 * FASTEST * o.measures.frequency * since + np.log1p(since / spacing))
 
 
-def _envelope(o: Observations, i: int, window: float) -> np.ndarray:
+def _envelope(o: Observations, i: int, window: float, spacing: float) -> np.ndarray:
     """(n,) N, the RMS force of a trial over a window of time, s, about each sample."""
-    steps = int(np.clip(window / max(o.interval[i], 1e-9), 1, o.force.shape[1]))
+    steps = int(np.clip(window / max(spacing, 1e-9), 1, o.force.shape[1]))
     square = np.where(o.used[i], o.force[i], 0.0) ** 2
     return np.sqrt(np.convolve(square, np.full(steps, 1 / steps), "same"))

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from acf_jax.dataset.low_pass import settling_time
 from acf_jax.inference.forward import SAMPLES, Grid, step_for
 from acf_jax.inference.linear import Linearisation, half_chi_square, linearise, normal_equations
 from acf_jax.inference.observations import COMMON_TRIGGER, Observations
 from acf_jax.inference.parameters import Coordinates, Explanation, classes, coordinates, delays, parameters
 
 STRIDE = 2.0  # sampling intervals of its longest step
+RESOLVED = 0.1  # periods of a filter's cutoff: its longest step
 RINGING, LAGGING = 1.0, 1 / 3  # the same where a sensor has dynamics of its own, and where it follows late
 BEYOND = 6  # steps of the grid after the last sample, to tell either side of a loss of contact right there
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
@@ -72,7 +74,7 @@ class Fit:
     @property
     def misfit(self) -> float:
         """Chi-square of a sample, at least 1: by how much more than noise the variances are."""
-        samples = int((self.linear.residual != 0).sum())
+        samples = int((self.residual != 0).sum())
         return max(1.0, float((self.linear.residual**2).sum()) / max(samples, 1))
 
     @property
@@ -85,14 +87,19 @@ def grid_for(observations: Observations, explanation: Explanation) -> Grid:
     """A grid fine enough for the rig and for a sensor with dynamics, and long enough for every trial."""
     prior = observations.prior
     latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
-    end = float(latest[observations.used].max())
+    end = float(latest[observations.weighed].max())
     interval = observations.intervals.min(initial=np.inf)
     if observations.peak_only.any():
         end = max(end, PEAK_WITHIN / np.pi * prior.impact_time)
     sampled = _stride(explanation) * interval
+    low_pass = observations.low_pass
+    if low_pass:
+        sampled = min(sampled, RESOLVED / low_pass.cutoff_hz)
+        # readings know what comes after them
+        end += settling_time(low_pass) if low_pass.zero_phase else 0.0
     longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
     h = max(min(step_for(*prior.values), longest), end / (SAMPLES - BEYOND - 2))
-    return Grid(h, int(np.ceil(end / h)) + BEYOND)
+    return Grid(h, int(np.ceil(end / h)) + BEYOND, low_pass=low_pass)
 
 
 def _stride(explanation: Explanation) -> float:

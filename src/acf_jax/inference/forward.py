@@ -11,6 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from acf_jax.dataset import LowPass
+from acf_jax.dataset.low_pass import Filter
 from acf_jax.effects import AbstractEffect
 from acf_jax.effects._interface import Scalar
 from acf_jax.inference.free_curves import CONTINUED
@@ -44,6 +46,7 @@ class Grid(NamedTuple):
     pull: float = (
         0.0  # 1 continues the equations beyond the loss of contact, which keeps derivatives alive there
     )
+    low_pass: LowPass | None = None  # that readings have been through
 
 
 def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
@@ -52,7 +55,7 @@ def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
 
 
 class Forces(NamedTuple):
-    """Forces of every trial on the grid, with derivatives of the sensed one."""
+    """Forces of every trial on the grid, with derivatives of the sensed one, which a low-pass has been through."""
 
     contact: np.ndarray  # (trials, steps + 1), N
     rows: np.ndarray  # (trials, p + 3, steps + 1): sensed force in N, then its tangents
@@ -140,4 +143,9 @@ def forward(
         # turned here, where most of the grid is left out already
         contact[here] = np.asarray(found[0])[:used, : here.stop - first].T
         rows[here] = np.asarray(found[1])[:used, :, : here.stop - first].transpose(2, 1, 0)
+    if grid.low_pass:  # linear: it does to derivatives what it does to forces
+        rows[:, :, 0] /= (
+            2  # the step at first contact is at time 0, not in the middle of the interval before it
+        )
+        rows = Filter(grid.low_pass, grid.h)(rows)
     return Forces(contact, rows)

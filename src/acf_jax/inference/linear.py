@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from acf_jax.inference.censoring import at_least
 from acf_jax.inference.forward import Forces, Grid, forward
 from acf_jax.inference.interpolation import combine, peak_of, taps
 from acf_jax.inference.observations import N_NUISANCE, Observations
@@ -31,7 +32,7 @@ class Linearisation:
     by_motion: np.ndarray  # (trials, 3, n) the same in the nuisances that change the motion
     by_ringing: (
         np.ndarray
-    )  # (trials, k, n) the same in all others: that of the observations, the same at every point
+    )  # (trials, k, n) in all others: that of the observations at every point, but for bounds
     predicted: np.ndarray  # (trials, n) N
     spread: (
         np.ndarray
@@ -78,7 +79,7 @@ def residual(
     with np.errstate(over="ignore", invalid="ignore"):
         near, weight, _ = taps(_times(o, forces, common, nuisance, grid.h), grid.h, forces.contact)
         predicted = combine(forces.rows[:, :1], near, weight)[:, 0] + _beside_motion(o, common, nuisance)
-        return o.whiten(((o.force - predicted) * o.used)[:, None])[:, 0]
+        return o.whiten((_left(o, predicted)[0] * o.weighed)[:, None])[:, 0]
 
 
 def _forces(
@@ -108,6 +109,15 @@ def _beside_motion(o: Observations, common: np.ndarray, nuisance: np.ndarray) ->
     return zero + shared + (nuisance[:, None, N_NUISANCE:] @ o.ringing)[:, 0]
 
 
+def _left(o: Observations, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """(trials, n) N, what a prediction leaves, and the share of its derivatives that counts; None: all of all."""
+    left = o.force - predicted
+    if o.censored is None:
+        return left, None
+    bound, slope = at_least(-left / o.noise.std)
+    return np.where(o.censored, o.noise.std * bound, left), np.where(o.censored, slope, 1.0)
+
+
 def compare(
     o: Observations,
     forces: Forces,
@@ -126,21 +136,25 @@ def compare(
 
     first = 1 + p + COMMON  # row of a nuisance
     rows = np.empty((len(o.names), first + N_NUISANCE, o.force.shape[1]))
-    rows[:, 0] = o.force - predicted
+    rows[:, 0], share = _left(o, predicted)
     rows[:, 1 : p + 1] = tangents[:, :p] * slope[:p, None]
     rows[:, p + 1] = slope[p] * ~o.peak_only[:, None]
     rows[:, p + 2] = timing * slope[p + 1]
     rows[:, first : first + 2] = tangents[:, p:] * spread[:, :2, None]
     rows[:, first + 2] = timing * spread[:, 2:]
-    rows *= o.used[:, None]
+    ringing, shared = o.whitened_ringing, o.whitened_shared
+    if share is not None:
+        rows[:, 1:] *= share[:, None]
+        ringing, shared = (o.whiten(waves * (share * o.weighed)[:, None]) for waves in (o.ringing, o.shared))
+    rows *= o.weighed[:, None]
     white = o.whiten(rows)
     return Linearisation(
         white[:, 0],
-        np.concatenate([white[:, 1:first], o.whitened_shared], axis=1),
+        np.concatenate([white[:, 1:first], shared], axis=1),
         white[:, first:],
-        o.whitened_ringing,
+        ringing,
         predicted * o.used,
-        rows[:, first:],
+        rows[:, first:] * o.used[:, None],
     )
 
 

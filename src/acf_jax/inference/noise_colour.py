@@ -41,12 +41,12 @@ def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -
     now stand behind it.
     """
     known = observations.noise
-    raw = replace(observations, noise=Noise(1.0))
+    raw = replace(observations, noise=Noise(1.0), censored=None)  # a bound says nothing of the noise
     bare = replace(
         best, linear=linearise(raw, best.explanation, best.coordinates, best.u, best.nuisance, best.grid)
     )
     before = _Approach(approaches, known.offset)
-    step = float(np.median(observations.intervals))
+    step = float(np.median(observations.spacings))
 
     def noise(x: np.ndarray) -> Noise:
         share = SHARE / (1 + np.exp(-np.clip(x[0], -9, 9)))

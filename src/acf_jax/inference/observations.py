@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.dataset import GapDataset, Noise, Quality, RigPrior, Trial, TrialQuality
+from acf_jax.dataset import GapDataset, LowPass, Noise, Quality, RigPrior, Trial, TrialQuality
+from acf_jax.dataset.low_pass import Filter, is_kept, settling_time
 from acf_jax.errors import InputError, shown
 from acf_jax.inference.forward import SAMPLES, step_for
 from acf_jax.inference.parameters import Measures
@@ -21,6 +22,7 @@ ONSET = (
 TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the common one, in sampling intervals
 SHORTEST_INTERVAL, LONGEST_INTERVAL = 1e-7, 10.0  # s, between samples: beyond, time is in another unit
 SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
+NO_TIME = 1e-6  # s, in place of the sampling interval of a peak
 N_NUISANCE = 3  # of every trial: velocity, pretension, trigger time; those of rings come behind
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
@@ -45,7 +47,7 @@ class Observations:
     condition: np.ndarray  # (trials,) int
     time: np.ndarray  # (trials, n) s after first contact
     force: np.ndarray  # (trials, n) N
-    used: np.ndarray  # (trials, n) bool
+    used: np.ndarray  # (trials, n) bool, readings of a force
     peak_only: np.ndarray  # (trials,) bool
     interval: np.ndarray  # (trials,) sampling interval, s
     rel_std: tuple[float, float]  # spread of velocity and pretension, trial to trial
@@ -54,10 +56,14 @@ class Observations:
     trigger_std: float = TRIGGER  # of a trial's trigger about the common one, in sampling intervals
     rings: tuple[Ring, ...] = ()  # what trials of one condition do not share
     discrepancy: Discrepancy | None = None
+    low_pass: LowPass | None = None  # that the readings have been through
+    censored: np.ndarray | None = (
+        None  # (trials, n) bool, none of `used`: the force is at least that; None: none is
+    )
 
     @property
     def n_used(self) -> int:
-        """Number of compared samples."""
+        """Number of compared samples; a lower bound hardly counts as one."""
         return int(self.used.sum())
 
     @property
@@ -65,7 +71,8 @@ class Observations:
         """What is typical of these trials."""
         m, _, _, k_c = self.prior.values
         frequency = np.sqrt(k_c / m) / (2 * np.pi)
-        return Measures(float(self.force[self.used].max()), frequency, 100.0 / k_c, 0.1 / frequency)
+        largest = float(self.force[self.used].max())
+        return Measures(largest, frequency, 100.0 / k_c, 0.1 / frequency, largest / k_c)
 
     @property
     def nuisance_std(self) -> np.ndarray:
@@ -76,9 +83,19 @@ class Observations:
 
     @property
     def n_nuisances(self) -> int:
-        """Of a trial: velocity, pretension, trigger time, two of each ring, and the waves of a discrepancy."""
+        """Of a trial: velocity, pretension, trigger time, two a ring, one of a filter, the waves of a discrepancy."""
         waves = 0 if self.discrepancy is None else self.discrepancy.own.shape[1]
-        return N_NUISANCE + 2 * len(self.rings) + waves
+        return N_NUISANCE + 2 * len(self.rings) + (self.low_pass is not None) + waves
+
+    @property
+    def weighed(self) -> np.ndarray:
+        """(trials, n) all samples that have a likelihood: readings and lower bounds."""
+        return self.used if self.censored is None else self.used | self.censored
+
+    @property
+    def along(self) -> np.ndarray:
+        """(trials, n) those of them that are of a trace."""
+        return self.weighed & ~self.peak_only[:, None]
 
     @property
     def n_shared(self) -> int:
@@ -99,19 +116,31 @@ class Observations:
         Zero where there is no trace.
         """
         largest = np.where(self.used, self.force, 0.0).max(1)
-        of_rings = np.where(self.traced[:, None], ringing(self.rings, self.time, largest), 0.0)
+        parts = [ringing(self.rings, self.time, largest)]
+        if self.low_pass:
+            parts.append(self._step()[:, None])
         waves = [] if self.discrepancy is None else [self.discrepancy.own]
-        return np.concatenate([of_rings, *waves], axis=1)
+        return np.concatenate([*(part * self.along[:, None] for part in parts), *waves], axis=1)
+
+    def _step(self) -> np.ndarray:
+        """(trials, n) N, what a filter makes of not knowing when within an interval the force stepped to F_P.
+
+        A digital filter is given samples: to it the step falls in the middle between two, up to half an interval off.
+        """
+        assert self.low_pass is not None
+        filters = [Filter(self.low_pass, max(interval, NO_TIME)) for interval in self.interval]
+        left = [one.after_one_sample(time) for one, time in zip(filters, self.time, strict=True)]
+        return np.array(left) * self.f_p[:, None] / np.sqrt(12)
 
     @cached_property
     def whitened_ringing(self) -> np.ndarray:
         """(trials, k, n) the same in units of independent noise, zero where unused."""
-        return self.whiten(self.ringing * self.used[:, None])
+        return self.whiten(self.ringing * self.weighed[:, None])
 
     @cached_property
     def whitened_shared(self) -> np.ndarray:
         """(trials, k, n) the waves that all trials share, in units of independent noise, zero where unused."""
-        return self.whiten(self.shared * self.used[:, None])
+        return self.whiten(self.shared * self.weighed[:, None])
 
     @property
     def traced(self) -> np.ndarray:
@@ -123,10 +152,18 @@ class Observations:
         """(traces,) sampling intervals, s."""
         return self.interval[~self.peak_only]
 
+    @property
+    def spacings(self) -> np.ndarray:
+        """(traces,) s between compared samples: of readings behind a low-pass not all are."""
+        if self.low_pass is None:
+            return self.intervals
+        return np.array([Filter(self.low_pass, i).stride * i for i in self.intervals])
+
     @cached_property
     def whiten(self) -> Whitener:
         """Forces (trials, rows, n) in units of independent noise."""
-        return Whitener(self.time, self.used, self.noise)
+        # bounds far below the force count as noise of zero there: a few samples in hundreds
+        return Whitener(self.time, self.weighed, self.noise)
 
     def subset(self, keep: np.ndarray) -> "Observations":
         """The trials for which `keep` is true."""
@@ -137,21 +174,28 @@ class Observations:
             names=tuple(self.names[i] for i in index),
             **{name: getattr(self, name)[index] for name in rows},
             discrepancy=self.discrepancy and Discrepancy(*(waves[index] for waves in self.discrepancy)),
+            censored=None if self.censored is None else self.censored[index],
         )
 
 
 class _Row(NamedTuple):
     time: np.ndarray
     force: np.ndarray
+    censored: np.ndarray
     interval: float
     peak_only: bool
+
+    @property
+    def tells(self) -> bool:
+        """Whether there is something to compare: in a trace of nothing but lower bounds there is next to nothing."""
+        return bool(self.time.size and (self.peak_only or not self.censored.all()))
 
 
 def observe(quality: Quality) -> Observations:
     """What of a data set is compared: the impact phase of each sound trial, or its peak where there is no trace.
 
-    Left out is a trial of which neither can be: its trace shows no impact, or nothing behind first contact; and of a
-    trial whose force is cut off the readings that are.
+    Left out is a trial of which neither can be: its trace shows no impact, or nothing behind first contact. Readings
+    at the end of the sensor's range are lower bounds.
 
     **Raises:** `InputError` when fewer than three trials show an impact.
     """
@@ -159,13 +203,15 @@ def observe(quality: Quality) -> Observations:
     numbers = {trial.name: k for trial, k in zip(dataset.trials, dataset.condition_of, strict=True)}
     longest = compared_time(dataset.rig)
     looks = [(dataset.trials[i], quality.trials[i]) for i in quality.used]
-    compared = [(trial, _row(trial, look, quality.noise.offset, longest)) for trial, look in looks]
-    compared = [(trial, row) for trial, row in compared if row.time.size]
+    low_pass = dataset.measurement.low_pass
+    compared = [(trial, _row(trial, look, quality.noise.offset, longest, low_pass)) for trial, look in looks]
+    compared = [(trial, row) for trial, row in compared if row.tells]
     trials, rows = [trial for trial, _ in compared], [row for _, row in compared]
-    if len(trials) < LEAST_TRIALS:
+    if sum(not row.censored.all() for row in rows) < LEAST_TRIALS:
         raise InputError(
-            f"{dataset.folder / 'trials.csv'}: only {len(trials)} trials show an impact, {LEAST_TRIALS} are needed:"
-            " check that time 0 is first contact, that traces go on behind it, and that force is positive in contact"
+            f"{dataset.folder / 'trials.csv'}: only {sum(not row.censored.all() for row in rows)} trials show an impact"
+            f" within the sensor's range, {LEAST_TRIALS} are needed: check that time 0 is first contact, that traces go"
+            " on behind it, and that force is positive in contact"
         )
     _check(dataset, trials, rows)
     n = max(len(row.time) for row in rows)
@@ -181,12 +227,14 @@ def observe(quality: Quality) -> Observations:
         condition=np.array([numbers[t.name] for t in trials]),
         time=padded([row.time for row in rows]),
         force=padded([row.force for row in rows]),
-        used=padded([np.ones(len(row.time), bool) for row in rows]),
+        used=padded([~row.censored for row in rows]),
+        censored=padded([row.censored for row in rows]) if any(row.censored.any() for row in rows) else None,
         peak_only=np.array([row.peak_only for row in rows]),
         interval=np.array([row.interval for row in rows]),
         rel_std=(dataset.measurement.contact_velocity_rel_std, dataset.measurement.pretension_rel_std),
         noise=replace(quality.noise, std=max(quality.noise.std, SIMULATED * largest)),
         prior=dataset.rig,
+        low_pass=low_pass,
     )
 
 
@@ -222,10 +270,10 @@ def compared_time(rig: RigPrior) -> float:
     return float(np.clip(SAMPLES * step_for(*rig.values), AT_LEAST * radian, AT_MOST * radian))
 
 
-def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Row:
+def _row(trial: Trial, look: TrialQuality, offset: float, longest: float, low_pass: LowPass | None) -> _Row:
     if trial.trace is None or look.phase is None:
         peak = np.array([] if trial.peak_force is None else [trial.peak_force])
-        return _Row(np.zeros_like(peak), peak, 0.0, True)
+        return _Row(np.zeros_like(peak), peak, np.full(peak.shape, look.peak_is_bound), 0.0, True)
     interval = float(np.median(np.diff(trial.trace.time)))
     late = interval * round((look.trigger_offset or 0.0) / interval)
     part = slice(look.phase.start, look.phase.stop)
@@ -233,6 +281,10 @@ def _row(trial: Trial, look: TrialQuality, offset: float, longest: float) -> _Ro
     # a late trigger leaves samples of no force behind time 0: comparison begins where force does
     begin = max(ONSET * interval, look.phase.onset - late - 0.5 * interval)
     used = (time > begin) & (time < longest)
-    if look.phase.cut_off is not None:
-        used &= trial.trace.force[part] < look.phase.cut_off
-    return _Row(time[used], force[used], interval, False)
+    if low_pass:
+        used &= is_kept(trial.trace.time[part], interval, low_pass)
+        if low_pass.zero_phase:  # what came after the recording's end is not known to have been filtered
+            used &= trial.trace.time[part] < trial.trace.time[-1] - settling_time(low_pass)
+    end = np.inf if look.phase.cut_off is None else look.phase.cut_off - offset
+    force = np.minimum(force[used], end)
+    return _Row(time[used], force, force == end, interval, False)

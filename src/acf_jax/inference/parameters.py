@@ -131,6 +131,7 @@ class Measures(NamedTuple):
     frequency: float = 50.0  # Hz, of the moving mass on the contact
     compliance: float = 1e-3  # m, compression of the contact under 100 N
     stroke: float = 2e-3  # m, of half a period at 0.2 m/s
+    compression: float = 2e-3  # m, of the contact under the largest force
 
 
 TYPICAL = Measures()

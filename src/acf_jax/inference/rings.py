@@ -77,7 +77,7 @@ def _best(
 
 def _shapes(observations: Observations, typical: float) -> Iterator[Ring]:
     """Every ring that is tried, with a size of 1 N."""
-    longest, interval = float(observations.time[observations.used].max()), float(observations.intervals.min())
+    longest, interval = float(observations.time[observations.used].max()), float(observations.spacings.min())
     frequencies = np.geomspace(LOWEST / longest, HIGHEST / interval, FREQUENCIES)
     for power, decay, frequency in product(POWERS, DECAYS, frequencies):
         yield Ring(float(frequency), decay * longest, 1.0, typical, power)

@@ -70,7 +70,8 @@ def unknown_cause(diagnosis: Diagnosis) -> Html | None:
         first[k]
         for k in np.unique(np.linspace(0, len(first) - 1, min(SHOWN, len(first))).round().astype(int))
     ]
-    ends = [float(o.time[i, o.used[i]].max()) or fitted.grid.h * fitted.grid.steps for i in chosen]
+    whole = fitted.grid.h * fitted.grid.steps
+    ends = [float(o.time[i, o.used[i]].max(initial=0.0)) or whole for i in chosen]
     courses = along(fitted, o.v_e[chosen], o.f_p[chosen], np.array(ends))
     variants = []
     for quantity, label in AGAINST[component].items():

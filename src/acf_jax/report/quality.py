@@ -99,7 +99,7 @@ def _trials(d: Diagnosis) -> Html:
     for x in d.quality.trials:
         t, phase = commanded[x.name], x.phase
         peak = phase.peak_force if phase else t.peak_force
-        bound = "≥ " if phase and phase.cut_off is not None else ""
+        bound = "≥ " if x.peak_is_bound or (phase and phase.cut_off is not None) else ""
         rows.append(
             (
                 x.name + (" (left out)" if x.name in d.excluded else ""),

@@ -52,7 +52,8 @@ class System(NamedTuple):
     """The equations of motion of one impact with effects."""
 
     rig: Rig
-    impact: Impact
+    impact: Impact  # as it acts
+    label: Scalar  # N, pretension as commanded
     effects: tuple[AbstractEffect, ...]
     pull: Scalar
 
@@ -69,7 +70,7 @@ class System(NamedTuple):
         s_dot = impact.v_e + sum(r[1] for r in robot) - y.x_dot - sum(p[1] for p in pad)
         f_0 = impact.f_p - sum(e.initial_relief(impact) for e in self.effects)
         linear = rig.k_c * s + f_0
-        motion = Motion(rig, impact, t, x, x_dot, s, s_dot, f_0, linear)
+        motion = Motion(rig, impact, self.label, t, x, x_dot, s, s_dot, f_0, linear)
         f_c = linear + sum(e.contact_force(motion, q) for e, q in states)
         return motion._replace(f_c=_once(jnp.where(f_c > 0, f_c, self.pull * f_c), y))
 
@@ -125,7 +126,10 @@ def make_system(
     rig: Rig, impact: Impact, effects: Sequence[AbstractEffect], pull: Scalar | float = 0.0
 ) -> System:
     """The equations of motion; the arguments are those of `simulate`."""
-    return System(rig, impact, tuple(effects), jnp.asarray(pull, float))
+    label = jnp.asarray(impact.f_p, float)
+    acting = label + sum(e.pretension_excess(impact) for e in effects)
+    acting = jnp.where(acting < 0, 0.0, acting)  # a contact does not begin with a pull
+    return System(rig, Impact(impact.v_e, acting), label, tuple(effects), jnp.asarray(pull, float))
 
 
 def start(system: System, h: Scalar, has_sensor: bool = True) -> Moving:

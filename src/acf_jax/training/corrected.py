@@ -52,6 +52,11 @@ def run(config: CorrectedConfig, resume: bool, say: Say) -> dict[str, Any]:
     folder, timings, clock = config.output, {}, time.perf_counter
     path = config.labels.model
     gap = read_model(path / "model.json" if path.is_dir() else path)
+    if gap.low_pass and config.labels.force == "sensed":
+        raise InputError(
+            "labels.force: is 'sensed', but the readings of that model have been through a low-pass, which is not"
+            " learnt; take 'contact'"
+        )
     model = of_diagnosis(gap, source=str(path))
     model.check_carried()
     law = model.main.peak

@@ -24,7 +24,8 @@ LIBRARY = {
     "end_stop": "actuator", "contact_hardening": "contact", "contact_damping": "contact",
     "pad_relaxation": "contact", "pad_mass": "contact", "robot_compliance": "robot",
     "robot_deceleration": "robot", "sensor_lag": "sensor", "sensor_resonance": "sensor",
-    "sensor_scale": "sensor",
+    "sensor_scale": "sensor", "pad_bottoming": "contact", "pretension_error": "actuator",
+    "fixture_mass": "sensor",
 }  # fmt: skip
 
 each_world = pytest.mark.parametrize("world", WORLDS, ids=lambda world: world.name)
@@ -147,6 +148,7 @@ class Expectation:
         ("force_regulation", Expectation(peak=1, lost=1)),
         ("end_stop", Expectation(peak=1, lost=1)),
         ("contact_hardening", Expectation(peak=1, lost=-1)),
+        ("pad_bottoming", Expectation(peak=1, lost=-1)),
         ("robot_compliance", Expectation(peak=-1, lost=-1)),
         ("robot_deceleration", Expectation(peak=-1, lost=-1)),
     ],

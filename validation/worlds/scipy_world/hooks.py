@@ -46,6 +46,10 @@ class AbstractActuatorCause(AbstractScipyCause):
     def opposing(self, z: State, rig: Rig, impact: Impact, now: Motion) -> float:
         """Force against the motion of the flange mass into compression, N."""
 
+    def acting(self, pretension: float) -> float:
+        """The pretension that acts where this one is commanded, N; all causes see the one that acts."""
+        return pretension
+
     def start_share(self) -> float:
         """Share of the pretension at which contact starts."""
         return 1.0

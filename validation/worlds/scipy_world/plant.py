@@ -35,7 +35,6 @@ class Plant:
     """Rig, causes and one impact: the right-hand side, and the contact force along a solution."""
 
     def __init__(self, rig: Rig, causes: Sequence[AbstractScipyCause], impact: Impact):
-        self.rig, self.impact = rig, impact
         self.causes = sorted(causes, key=lambda cause: cause.stage)
         self.actuator = [(i, c) for i, c in enumerate(self.causes) if isinstance(c, AbstractActuatorCause)]
         self.laws = [(i, c) for i, c in enumerate(self.causes) if isinstance(c, AbstractContactCause)]
@@ -45,6 +44,9 @@ class Plant:
             raise ValueError("two causes between contact and flange mass cannot act together; leave one out")
 
         start = impact.f_p
+        for _, cause in self.actuator:
+            start = cause.acting(start)
+        self.rig, self.impact = rig, Impact(impact.v_e, start)
         for _, cause in self.actuator:
             start *= cause.start_share()
         self.s_0 = self._compression_at(start)

@@ -8,9 +8,11 @@ import numpy as np
 from validation.worlds.interface import Rig
 from validation.worlds.mujoco_world.scene import AbstractSceneCause, Scene
 
+BEYOND = 1.7  # of the typical force: no campaign reaches it
+
 
 @dataclass(frozen=True)
-class BottomingPad(AbstractSceneCause):
+class PadBottoming(AbstractSceneCause):
     """F = k_C s up to s_b, where MuJoCo's soft constraint takes over."""
 
     component: ClassVar[str] = "contact"
@@ -20,7 +22,8 @@ class BottomingPad(AbstractSceneCause):
 
     @classmethod
     def draw(cls, rng: np.random.Generator, rig: Rig, size: float) -> Self:
-        share = 1.7 - min(size, 1.0) * rng.uniform(0.9, 1.0)  # 1.7 is beyond every campaign
+        nearest = rng.uniform(0.4, 0.7)
+        share = nearest + (BEYOND - nearest) * (1.0 - min(size, 1.0)) ** 4
         return cls(share * rig.typical_force / rig.k_c, rng.uniform(20.0, 60.0))
 
     def build(self, scene: Scene) -> None:
