@@ -1,8 +1,12 @@
 """What a gap model predicts at conditions that no trial had."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from acf_jax.errors import InputError
+from acf_jax.gap_model import read_model, write_model
 from acf_jax.predict import Prediction, predict
 from tests.corrected import gap_model
 from tests.corrected import variant as made
@@ -81,3 +85,17 @@ def test_an_early_reading_ends_with_the_simulation() -> None:
     punctual, early = early_by(0.0), early_by(0.01)
     assert early.time[-1] == punctual.time[-1] == pytest.approx(0.06)
     assert early.force.max() <= punctual.force.max() * 1.01
+
+
+def test_a_file_of_a_version_whose_friction_had_other_parameters_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "model.json"
+    text = write_model(gap_model(("coulomb_friction",), (10.0, 0.03, 0.02)))
+    path.write_text(text)
+    assert read_model(path).corrected.theta[4:] == (10.0, 0.03, 0.02)
+    path.write_text(text.replace("coulomb_friction.coefficient", "coulomb_friction.stribeck_n"))
+    with pytest.raises(InputError) as error:
+        read_model(path)
+    assert error.value.faults == [
+        f"{path}: corrected.names: this version knows no 'coulomb_friction.stribeck_n'; diagnose the data again, which"
+        " writes the file anew"
+    ]

@@ -42,9 +42,8 @@ def rates(explanation: Explanation, t: float, z: Array, theta: Array, v_e: Array
     force: Array = f_c - d * x_dot - k_f * x
     extra: list[Array] = []
     if explanation == ("coulomb_friction",):
-        f_s, f_st, v_s = parameters
-        w = x_dot / v_s
-        force = force - f_s * np.tanh(w) - f_st * w / (0.25 * w * w + 0.75) ** 2
+        f_0, mu, v_s = parameters
+        force = force - (f_0 + mu * f_p) * np.tanh(x_dot / v_s)
     elif explanation == ("robot_compliance",):
         inverse_mass, hz, zeta = parameters
         omega = 2 * np.pi * hz

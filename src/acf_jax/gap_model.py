@@ -157,7 +157,9 @@ def _faults(path: Path, where: str, v: Variant) -> list[str]:
         ]
     names = tuple(name for name, _ in parameters(v.effects))
     if v.names != names:
-        return [f"{path}: {where}.names: must be {list(names)}; write it anew with `diagnose`"]
+        other = [name for name in v.names if name not in names]
+        what = f"this version knows no '{other[0]}'" if other else f"must be {list(names)}"
+        return [f"{path}: {where}.names: {what}; diagnose the data again, which writes the file anew"]
     if (
         len(v.theta) != len(names)
         or any(len(row) != len(names) for row in v.covariance)

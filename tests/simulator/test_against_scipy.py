@@ -55,12 +55,8 @@ class Truth:
         return (lsim(self.filter, forces, TIME)[1] if self.filter else np.array(forces)), np.array(forces)
 
 
-def coulomb_friction(f_c, f_st, v_s):
-    def force(t, x_dot, *_):
-        w = x_dot / v_s
-        return -f_c * tanh(w) - f_st * w / (w**2 / 4 + 3 / 4) ** 2
-
-    return Truth(force=force)
+def coulomb_friction(f_c, mu, v_s):
+    return Truth(force=lambda t, x_dot, *_: -(f_c + mu * F_P) * tanh(x_dot / v_s))
 
 
 def gravity(f_g):
