@@ -24,10 +24,14 @@ def of_import(data: Path) -> list[str]:
 
 
 def traces_of(table: Path, mark: str) -> list[str]:
-    """Traces of the trials in `table`, by their paths beside it; only the command fills the column `mark`."""
+    """Traces, and motions, of the trials in `table`, by their paths beside it; only the command fills `mark`."""
     from acf_jax.dataset.table import read_table
 
     rows = [row.cells for row in read_table(table, ("trial", mark)).rows]
-    return [
-        f"traces/{Path(cells['trial']).name}.csv" for cells in rows if cells.get("trial") and cells.get(mark)
+    written = [
+        (folder, Path(cells["trial"]).name)
+        for cells in rows
+        if cells.get("trial") and cells.get(mark)
+        for folder in ("traces", *(["motion"] if cells.get("motion") else []))
     ]
+    return [f"{folder}/{name}.csv" for folder, name in written]

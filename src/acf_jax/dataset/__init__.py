@@ -15,5 +15,6 @@ from acf_jax.dataset.trials import LowPass as LowPass
 from acf_jax.dataset.trials import Measurement as Measurement
 from acf_jax.dataset.trials import Prior as Prior
 from acf_jax.dataset.trials import RigPrior as RigPrior
+from acf_jax.dataset.trials import RobotVelocity as RobotVelocity
 from acf_jax.dataset.trials import Trace as Trace
 from acf_jax.dataset.trials import Trial as Trial

@@ -89,6 +89,7 @@ class _Measurement(Part):
     pretension_rel_std: Annotated[float, _within(units.RELATIVE_STD)] = Measurement.pretension_rel_std
     range_n: Annotated[float, _within(units.SENSOR_RANGE)] | None = None
     low_pass: LowPassForm | None = None
+    robot_velocity_std_m_per_s: Annotated[float, _within(units.ROBOT_VELOCITY_STD)] | None = None
 
 
 class _Document(Part):

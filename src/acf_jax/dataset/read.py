@@ -1,7 +1,9 @@
 """Read a gap data set from its folder, or reject it with all its faults at once."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +12,13 @@ from acf_jax.dataset import units
 from acf_jax.dataset.columns import read_columns
 from acf_jax.dataset.description import read_description
 from acf_jax.dataset.table import Row, Table, read_table
-from acf_jax.dataset.trials import Array, GapDataset, Measurement, RigPrior, Trace, Trial
-from acf_jax.errors import InputError, merged, shown
+from acf_jax.dataset.trials import Array, GapDataset, Measurement, RigPrior, RobotVelocity, Trace, Trial
+from acf_jax.errors import InputError, collected, merged, shown
 from acf_jax.files import inside
 
 _CONDITION = ("trial", "contact_velocity_m_per_s", "pretension_n")
 _RESULT = ("peak_force_n", "trace")
+_FILES = ("trace", "motion")  # columns that name a file each
 _MOST_TRIALS = 10_000
 _PARTS = ("dataset.yaml", "trials.csv", "traces")  # of a data set
 _SAFE_NAME = re.compile(r"\w([\w .+-]{0,98}\w)?", re.ASCII)
@@ -32,7 +35,7 @@ def data_sets(folder: Path) -> list[str]:
 
 
 def read_dataset(folder: str | Path) -> GapDataset:
-    """Read the data set in `folder`: dataset.yaml, trials.csv and the traces listed there, nothing else.
+    """Read the data set in `folder`: dataset.yaml, trials.csv and the files listed there, nothing else.
 
     Raises `InputError` that lists every fault of the data set with file, row or key, and remedy.
     """
@@ -119,11 +122,32 @@ def _read_trials(folder: Path, rig: RigPrior, faults: list[str]) -> list[Trial]:
     ):
         if fault:
             table.fault("", fault)
-    traces, of_traces = _read_traces(table, rows, rig)
+    for row in table.rows:
+        if not any(row.cells.get(column, "") for column in _RESULT) and set(_RESULT) & set(table.columns):
+            where = f"row {row.number} (trial {shown(row.cells['trial'])})"
+            table.fault(where, "has neither peak_force_n nor trace; fill one, or remove the row")
+
+    owners: dict[Path, str] = {}
+    of_files: list[tuple[str, list[str]]] = []
+    traces, motions = {}, {}
+    for number, path, trial in _files(table, rows, "trace", owners):
+        expected = units.expected_peak(rig, trial) if trial else None
+        of_files.append((str(path), own := []))
+        if trace := collected(own, partial(_read_trace, path, rig.impact_time, expected)):
+            traces[number] = trace
+    for number, path, trial in _files(table, rows, "motion", owners):
+        speed = trial.contact_velocity if trial else None
+        of_files.append((str(path), own := []))
+        if motion := collected(own, partial(_read_motion, path, rig.impact_time, speed)):
+            motions[number] = motion
     if fault := units.sign_fault(list(traces.values())):
         table.fault("", fault)
-    faults += table.shown_faults() + of_traces
-    return [replace(trial, trace=traces.get(row.number)) for row, trial in rows if trial]
+    faults += table.shown_faults() + merged(of_files)
+    return [
+        replace(trial, trace=traces.get(row.number), motion=motions.get(row.number))
+        for row, trial in rows
+        if trial
+    ]
 
 
 def _trial(table: Table, row: Row) -> Trial | None:
@@ -148,7 +172,8 @@ def _trial(table: Table, row: Row) -> Trial | None:
         table.fault(where, f"peak_force_n {fault}")
     if not right or velocity is None or pretension is None:
         return None
-    other = {key: cell for key, cell in row.cells.items() if key and key not in _CONDITION + _RESULT}
+    known = _CONDITION + _RESULT + _FILES
+    other = {key: cell for key, cell in row.cells.items() if key and key not in known}
     return Trial(name, velocity, pretension, peak, None, other)
 
 
@@ -161,60 +186,68 @@ def _check_names(table: Table, names: list[tuple[Row, str]]) -> None:
         first.setdefault(name, row.number)
 
 
-def _read_traces(
-    table: Table, rows: list[tuple[Row, Trial | None]], rig: RigPrior
-) -> tuple[dict[int, Trace], list[str]]:
-    """The traces by row of trials.csv, and their faults; rows whose condition is faulty are looked at too."""
-    traces: dict[int, Trace] = {}
-    owners: dict[Path, int] = {}
-    faults: list[tuple[str, list[str]]] = []
+def _files(
+    table: Table, rows: list[tuple[Row, Trial | None]], column: str, owners: dict[Path, str]
+) -> Iterator[tuple[int, Path, Trial | None]]:
+    """The file that each row of trials.csv names in a column; those of rows whose condition is faulty, too.
+
+    `owners`: which cell has each file already, which grows.
+    """
     for row, trial in rows:
-        relative = row.cells.get("trace", "")
+        relative = row.cells.get(column, "")
         where = f"row {row.number} (trial {shown(row.cells['trial'])})"
         if not relative:
-            if not row.cells.get("peak_force_n") and any(column in table.columns for column in _RESULT):
-                table.fault(where, "has neither peak_force_n nor trace; fill one, or remove the row")
             continue
         try:
             path = _inside(table.path.parent, relative)
         except InputError as error:
-            table.fault(where, f"trace {error.faults[0]}")
+            table.fault(where, f"{column} {error.faults[0]}")
             continue
-        owner = owners.setdefault(path.resolve(), row.number)
-        if owner != row.number:
-            table.fault(where, f"trace is that of row {owner} already; give each trial its own trace")
+        cell = f"row {row.number}" if column == "trace" else f"row {row.number}, {column}"
+        owner = owners.setdefault(path.resolve(), cell)
+        if owner != cell:
+            table.fault(where, f"{column} is that of {owner} already; give each trial its own {column}")
             continue
-        try:
-            expected = units.expected_peak(rig, trial) if trial else None
-            traces[row.number] = _read_trace(path, rig.impact_time, expected)
-        except InputError as error:
-            faults.append((str(path), error.faults))
-    return traces, merged(faults)
+        yield row.number, path, trial
 
 
 def _read_trace(path: Path, impact_time: float, expected: float | None) -> Trace:
     """The trace in a file; `InputError` with its faults, judged against impact time, s, and peak, N."""
-    table, (lines, samples) = read_columns(path, ("time_s", "force_n"))
+    trace = Trace(*_read_signal(path, "force_n"))
+    of_time = units.time_fault(trace, impact_time)
+    of_force = units.force_fault(trace, expected) if expected else None
+    if faults := [f"{path}: {fault}" for fault in (of_time, of_force) if fault]:
+        raise InputError(faults)
+    return trace
+
+
+def _read_motion(path: Path, impact_time: float, contact_velocity: float | None) -> RobotVelocity:
+    """The robot's velocity in a file; `InputError` with its faults, judged against impact time, s, and m/s."""
+    motion = RobotVelocity(*_read_signal(path, "robot_velocity_m_per_s"))
+    if fault := units.motion_fault(motion, contact_velocity, impact_time):
+        raise InputError(f"{path}: {fault}")
+    return motion
+
+
+def _read_signal(path: Path, column: str) -> tuple[Array, Array]:
+    """Time, s, and a column over it; `InputError` where the file holds no signal."""
+    table, (lines, samples) = read_columns(path, ("time_s", column))
     if not table.faults and not lines.size:
-        table.fault("", "holds no samples; record the trace again, or leave the cell `trace` empty")
+        cell = "trace" if column == "force_n" else "motion"
+        table.fault("", f"holds no samples; record the {cell} again, or leave the cell `{cell}` empty")
     if table.faults:
         raise InputError(table.shown_faults())
-    time, force = samples.T
+    time, value = samples.T
     for index in np.flatnonzero(np.diff(time) <= 0.0):
         what = f"time_s is {time[index + 1]:g} after {time[index]:g}; time must increase from row to row"
         table.fault(f"row {lines[index + 1]}", what)
         if table.is_hopeless:
             break
-    trace = Trace(_frozen(time), _frozen(force))
     if time.size < 3:
         table.fault("", f"holds {time.size} samples; record the whole impact")
-    elif not table.faults:
-        of_time = units.time_fault(trace, impact_time)
-        of_force = units.force_fault(trace, expected) if expected else None
-        table.faults += [f"{path}: {fault}" for fault in (of_time, of_force) if fault]
     if table.faults:
         raise InputError(table.shown_faults())
-    return trace
+    return _frozen(time), _frozen(value)
 
 
 def _frozen(values: Array) -> Array:

@@ -65,6 +65,7 @@ class Measurement:
         None  # N, of the sensor: readings at it are lower bounds; None: told from flat tops
     )
     low_pass: LowPass | None = None  # that the readings have been through
+    robot_velocity_std_m_per_s: float | None = None  # of a sample of `motion`; None: to be estimated, too
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,16 @@ class Trace:
 
 
 @dataclass(frozen=True)
+class RobotVelocity:
+    """The robot's measured velocity over an impact, at its own rate; first contact is at time 0."""
+
+    time: Array  # s, increasing, shape (N,)
+    value: Array  # m/s, towards the part, shape (N,)
+
+
+@dataclass(frozen=True)
 class Trial:
-    """One impact: its condition, and the peak, the trace or both."""
+    """One impact: its condition, and the peak, the trace or both; how the robot moved, where that was measured."""
 
     name: str
     contact_velocity: float  # m/s
@@ -85,6 +94,7 @@ class Trial:
     peak_force: float | None = None  # N, largest sample of the sensed force within the impact phase
     trace: Trace | None = None
     other: Mapping[str, str] = field(default_factory=dict)  # further columns of trials.csv, as written
+    motion: RobotVelocity | None = None
 
     @property
     def condition(self) -> tuple[float, float]:
@@ -139,4 +149,6 @@ class GapDataset:
             digest.update(repr((t.name, t.contact_velocity, t.pretension, t.peak_force)).encode())
             if t.trace is not None:
                 digest.update(np.stack([t.trace.time, t.trace.force]).tobytes())
+            if t.motion is not None:
+                digest.update(np.stack([t.motion.time, t.motion.value]).tobytes())
         return digest.hexdigest()

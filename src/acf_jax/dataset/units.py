@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from acf_jax.dataset.trials import LowPass, Prior, RigPrior, Trace, Trial
+from acf_jax.dataset.trials import LowPass, Prior, RigPrior, RobotVelocity, Trace, Trial
 from acf_jax.documents import is_number
 from acf_jax.errors import shown
 
@@ -53,6 +53,7 @@ FORCE_LIMIT = Limit("N", 1.0, 5e4, "if it is in kN, multiply by 1000", "if it is
 SENSOR_RANGE = Limit("N", 1.0, 1e5, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
 CUTOFF = Limit("Hz", 1.0, 1e6, "if it is in kHz, multiply by 1000", "if it is in mHz, divide by 1000")
 FORCE_NOISE = Limit("N", 1e-6, 1e3, too_high="if it is in mN, divide by 1000")
+ROBOT_VELOCITY_STD = Limit("m/s", 1e-7, 0.5, too_high="if it is in mm/s, divide by 1000")
 RELATIVE_STD = Limit("", 0.0, 0.25, too_high="if it is in percent, divide by 100")
 
 # By the names of the commands' files and options.
@@ -71,6 +72,7 @@ MUST_BE_POSITIVE = ("m", "k_c", "limit")
 TYPICAL_RIG = RigPrior(Prior(4.0, 2.0), Prior(80.0, 80.0), Prior(5e3, 5e3), Prior(2e5, 1e5))
 
 _SHORTEST = 0.05  # of an impact, that a trace lasts: no rig's uncertainty explains less
+_OTHER_SPEED = 3.0  # factor between stated and measured velocity at contact: another trial's, unit or axis
 _BEYOND = 1.1  # times its range, that a sensor may read
 _FAR = 100.0  # a factor that no rig's uncertainty explains, yet well below the 1000 of a wrong prefix
 
@@ -129,6 +131,29 @@ def force_fault(trace: Trace, expected: float) -> str | None:
         return f"force_n only reaches {typical:.3g} N, not about {expected:.3g} N; if in kN, multiply by 1000"
     if typical > _FAR * expected and typical > 2e4:
         return f"force_n reaches {typical:.3g} N, not about {expected:.3g} N; if in mN, divide by 1000"
+    return None
+
+
+def motion_fault(motion: RobotVelocity, contact_velocity: float | None, impact_time: float) -> str | None:
+    """Why the robot's measured velocity cannot be that over an impact at a stated one, m/s; None when it can."""
+    time, step = motion.time, float(np.median(np.diff(motion.time)))
+    if time[0] > 0.0 or time[-1] < 0.5 * impact_time:
+        return (
+            f"time_s runs from {time[0]:g} to {time[-1]:g} s; give the velocity from first contact at 0, or before, to"
+            f" the end of the impact (about {impact_time:.2g} s)"
+        )
+    if step > impact_time:
+        return (
+            f"time_s advances by {step:g} s a sample, longer than an impact (about {impact_time:.2g} s): that"
+            " cannot tell how the robot moves in it; leave the cell `motion` empty, or if time is in ms, divide by 1000"
+        )
+    near = np.argsort(np.abs(time))[:5]  # one sample alone may be noise
+    there = float(np.median(motion.value[near]))
+    if contact_velocity and not 1 / _OTHER_SPEED < there / contact_velocity < _OTHER_SPEED:
+        return (
+            f"robot_velocity_m_per_s is {there:.3g} at first contact, but contact_velocity_m_per_s is"
+            f" {contact_velocity:g}; give it in m/s, positive towards the part, of the same trial"
+        )
     return None
 
 

@@ -9,7 +9,7 @@ from acf_jax.dataset import GapDataset, LowPass, Quality, assess_dataset
 from acf_jax.dataset.filtered import assess_low_passed
 from acf_jax.dataset.low_pass import approach_behind, thinned
 from acf_jax.dataset.noise import approach_samples
-from acf_jax.diagnosis import claims, damage, identifiability, strain
+from acf_jax.diagnosis import claims, damage, identifiability, motion, strain
 from acf_jax.diagnosis.contributions import Contribution, contributions
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.explain import explain
@@ -208,6 +208,7 @@ def diagnose(
             *map(_of_ring, observations.rings),
             *filter(None, [strain.statement(strain.strains(recalibrated, observations.prior))]),
             *filter(None, [_doubt(scored[0].explanation, fits, evidence, observations)]),
+            *filter(None, [motion.statement(observations, recalibrated)]),
             *_of_model(comparison, form["corrected"]),
             *_of_bounds(corrected),
             *([] if validation.is_possible else [ONE_CONDITION]),

@@ -90,7 +90,7 @@ def _predict_unseen(
     shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
     nuisance[:, TIMING] = np.clip(shift, -LATEST, LATEST)
     linear = predict(nuisance)
-    forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach)
+    forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach, left.robot)
     spread = np.concatenate([linear.spread, left.ringing * left.used[:, None]], axis=1)
     scatter = np.einsum(
         "ian,a->in", np.delete(spread, TIMING, 1) ** 2, np.delete(spread_of(scattered), TIMING)

@@ -8,7 +8,15 @@ from acf_jax.dataset.low_pass import settling_time
 from acf_jax.inference.forward import SAMPLES, Grid, step_for
 from acf_jax.inference.linear import Linearisation, half_chi_square, linearise, normal_equations
 from acf_jax.inference.observations import COMMON_TRIGGER, Observations
-from acf_jax.inference.parameters import Coordinates, Explanation, classes, coordinates, delays, parameters
+from acf_jax.inference.parameters import (
+    COMMON,
+    Coordinates,
+    Explanation,
+    classes,
+    coordinates,
+    delays,
+    parameters,
+)
 
 STRIDE = 2.0  # sampling intervals of its longest step
 RESOLVED = 0.1  # periods of a filter's cutoff: its longest step
@@ -56,7 +64,7 @@ class Fit:
 
     @property
     def common(self) -> np.ndarray:
-        """What all trials share: the sensor's zero, N, the delay of the triggers, s, and waves of a discrepancy."""
+        """What all trials share: the sensor's zero, N, the triggers' delay, s, a measured motion's, waves."""
         return self.theta[len(parameters(self.explanation)) :]
 
     @property
@@ -167,7 +175,8 @@ def fit(
     """
     interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_INTERVAL
     waves = np.ones(observations.n_shared)
-    common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval, *waves
+    delay = np.ones(observations.n_common - COMMON)  # of a measured motion, in units of its own
+    common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval, *delay, *waves
     at = coordinates(observations.prior, explanation, common_std)
     known = min(len(start), len(at.centre))
     begin = np.concatenate([start[:known], np.zeros(len(at.centre) - known)])

@@ -4,7 +4,7 @@ import dataclasses
 import functools
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -18,6 +18,7 @@ from acf_jax.effects._interface import Scalar
 from acf_jax.inference.free_curves import CONTINUED
 from acf_jax.inference.interpolation import first_loss
 from acf_jax.inference.parameters import RIG, Explanation, classes, parameters
+from acf_jax.inference.robot_motion import ERRORS, NODES, MeasuredMotion, RobotMotion
 from acf_jax.kept import kept
 from acf_jax.model import Impact, Rig
 from acf_jax.simulator.derivatives import simulate_with_derivatives
@@ -31,6 +32,7 @@ MADE_OF = (  # what holds all that the program calls
     "inference/free_curves",
     "inference/interpolation.py",
     "inference/parameters.py",
+    "inference/robot_motion.py",
     "model",
     "simulator",
 )
@@ -58,7 +60,7 @@ class Forces(NamedTuple):
     """Forces of every trial on the grid, with derivatives of the sensed one, which a low-pass has been through."""
 
     contact: np.ndarray  # (trials, steps + 1), N
-    rows: np.ndarray  # (trials, p + 3, steps + 1): sensed force in N, then its tangents
+    rows: np.ndarray  # (trials, p + q + 3, steps + 1): sensed force in N, then its tangents
 
     @property
     def sensed(self) -> np.ndarray:
@@ -67,7 +69,7 @@ class Forces(NamedTuple):
 
     @property
     def tangents(self) -> np.ndarray:
-        """(trials, p + 2, steps + 1), N per unit of each parameter, of v_E and of F_P."""
+        """(trials, p + 2 + q, steps + 1), N per unit of each parameter, of v_E, of F_P and of a motion's q errors."""
         return self.rows[:, 1:]
 
 
@@ -89,21 +91,51 @@ def unpack(
     return Rig(*theta[: len(RIG)]), effects
 
 
+def system_of(
+    explanation: Explanation,
+    z: Float[Array, " p+2+q"],
+    *moves: Float[Array, "parts nodes"],
+    pull: Scalar | float = 0.0,
+    reach: Scalar | float = np.inf,
+    spacing: Scalar | float | None = None,
+) -> System:
+    """The equations of one trial.
+
+    **Arguments:** `z`: the explanation's parameters, v_E, F_P and, of a robot that moves as measured, the `q` errors of
+    that; `moves` are then velocity and displacement of `MeasuredMotion`, at nodes so many s apart as `spacing` says.
+    """
+    p = len(parameters(explanation))
+    rig, effects = unpack(explanation, z[:p], reach)
+    if spacing is not None:
+        weight = jnp.concatenate([jnp.ones(1), z[p + 2 :]])
+        velocity, displacement = moves
+        effects.append(MeasuredMotion(spacing, velocity, displacement, weight))
+    return make_system(rig, Impact(z[p], z[p + 1]), effects, pull)
+
+
 @functools.lru_cache(PROGRAMS)
-def _program(explanation: Explanation) -> Callable[..., tuple[Array, Array]]:
-    def system(z: Float[Array, " p+2"], pull: Scalar, reach: Scalar) -> System:
-        rig, effects = unpack(explanation, z[:-2], reach)
-        return make_system(rig, Impact(z[-2], z[-1]), effects, pull)
+def _program(explanation: Explanation, is_moved: bool) -> Callable[..., tuple[Array, Array]]:
+    """Of impacts; `is_moved`: whose robots move as measured."""
 
     def program(
-        z: Float[Array, "trials p+2"], h: Scalar, steps: Int[Array, ""], pull: Scalar, reach: Scalar
-    ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples p+3 trials"]]:
-        return simulate_with_derivatives(partial(system, pull=pull, reach=reach), z, h, SAMPLES, steps)
+        z: Float[Array, "trials p+2+q"],
+        h: Scalar,
+        steps: Int[Array, ""],
+        pull: Scalar,
+        reach: Scalar,
+        spacing: Scalar | None = None,
+        *moves: Float[Array, "parts nodes trials"],
+    ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples p+q+3 trials"]]:
+        make = partial(system_of, explanation, pull=pull, reach=reach, spacing=spacing)
+        return simulate_with_derivatives(make, z, h, SAMPLES, steps, moves)
 
     number = jax.ShapeDtypeStruct((), float)
-    z = jax.ShapeDtypeStruct((BLOCK, len(parameters(explanation)) + 2), float)
+    z = jax.ShapeDtypeStruct((BLOCK, len(parameters(explanation)) + 2 + ERRORS * is_moved), float)
     steps = jax.ShapeDtypeStruct((), int)
-    return kept(program, f"forward {explanation}", (z, number, steps, number, number), MADE_OF)
+    moves = jax.ShapeDtypeStruct((1 + ERRORS, NODES, BLOCK), float)
+    motion = (number, moves, moves) if is_moved else ()
+    name = f"forward {explanation}{' as measured' * is_moved}"
+    return kept(program, name, (z, number, steps, number, number, *motion), MADE_OF)
 
 
 def reach_of(
@@ -125,21 +157,31 @@ def forward(
     f_p: np.ndarray,
     grid: Grid,
     reach: float = np.inf,
+    robot: RobotMotion | None = None,
+    error: np.ndarray | None = None,
 ) -> Forces:
     """Forces of all trials and their derivatives.
 
     **Arguments:** `theta`: (p,) the explanation's parameters, SI units. `v_e`, `f_p`: (trials,), m/s and N. `reach`: of
-    `reach_of`, where a free curve is continued beyond the trials that it was fitted to.
+    `reach_of`, where a free curve is continued beyond the trials that it was fitted to. `robot`: how it was measured to
+    move in addition to v_E. `error`: (trials, q) how far that is off, in standard deviations; none is the default.
 
     **Returns:** `Forces`; not finite where the integration is unstable.
     """
     n, used = len(v_e), grid.steps + 1
     z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
+    if robot:
+        z = np.column_stack([z, np.zeros((n, ERRORS)) if error is None else error])
     contact, rows = np.empty((n, used)), np.empty((n, z.shape[1] + 1, used))
     for first in range(0, n, BLOCK):
         here = slice(first, min(first + BLOCK, n))
-        padded = z[here][np.arange(BLOCK) % (here.stop - first)]
-        found = _program(explanation)(padded, grid.h, grid.steps, grid.pull, reach)
+        padded = first + np.arange(BLOCK) % (here.stop - first)
+        motion: tuple[Any, ...] = ()
+        if robot:
+            moves = robot.of(padded)
+            motion = robot.spacing, *(np.moveaxis(x, 0, -1) for x in (moves.velocity, moves.displacement))
+        run = _program(explanation, robot is not None)
+        found = run(z[padded], grid.h, grid.steps, grid.pull, reach, *motion)
         # turned here, where most of the grid is left out already
         contact[here] = np.asarray(found[0])[:used, : here.stop - first].T
         rows[here] = np.asarray(found[1])[:used, :, : here.stop - first].transpose(2, 1, 0)

@@ -1,8 +1,8 @@
 """The model about one point: whitened residuals and their derivatives, normal equations, and half the chi-square.
 
 Each trial has nuisances with normal priors: the true contact velocity and pretension about the commanded ones, the
-trigger time, and two parts of each ring. They are eliminated by their Schur complement, so the cost is linear in
-trials.
+trigger time, the errors of a measured motion, and two parts of each ring. They are eliminated by their Schur
+complement, so the cost is linear in trials.
 """
 
 from dataclasses import dataclass, fields
@@ -29,14 +29,12 @@ class Linearisation:
 
     residual: np.ndarray  # (trials, n) whitened measured minus predicted
     by_parameter: np.ndarray  # (trials, p, n) whitened derivative of the prediction in u
-    by_motion: np.ndarray  # (trials, 3, n) the same in the nuisances that change the motion
+    by_motion: np.ndarray  # (trials, 3 + q, n) the same in the nuisances that change the motion
     by_ringing: (
         np.ndarray
     )  # (trials, k, n) in all others: that of the observations at every point, but for bounds
     predicted: np.ndarray  # (trials, n) N
-    spread: (
-        np.ndarray
-    )  # (trials, 3, n) N, change of the force by one standard deviation of velocity, pretension, time
+    spread: np.ndarray  # (trials, 3 + q, n) N, change of the force by one standard deviation of those
 
     @property
     def by_nuisance(self) -> np.ndarray:
@@ -64,7 +62,7 @@ def linearise(
 ) -> Linearisation:
     """Run the simulator and compare it with the measured samples; `reach` is that of `forward`."""
     theta, count = at.value(u), len(parameters(explanation))
-    forces = _forces(observations, explanation, theta[:count], nuisance, grid, reach)
+    forces = _forces(observations, explanation, theta, nuisance, grid, reach)
     with np.errstate(over="ignore", invalid="ignore"):  # an unstable integration is told by its objective
         return compare(observations, forces, at.slope(u), theta[count:], nuisance, grid.h)
 
@@ -75,7 +73,7 @@ def residual(
     """(trials, n) the whitened residual alone, of parameters in SI units: a fraction of the time of `linearise`."""
     o, count = observations, len(parameters(explanation))
     common = theta[count:]
-    forces = _forces(o, explanation, theta[:count], nuisance, grid)
+    forces = _forces(o, explanation, theta, nuisance, grid)
     with np.errstate(over="ignore", invalid="ignore"):
         near, weight, _ = taps(_times(o, forces, common, nuisance, grid.h), grid.h, forces.contact)
         predicted = combine(forces.rows[:, :1], near, weight)[:, 0] + _beside_motion(o, common, nuisance)
@@ -90,8 +88,13 @@ def _forces(
     grid: Grid,
     reach: float = np.inf,
 ) -> Forces:
-    shift = nuisance[:, :N_NUISANCE] * o.nuisance_std
-    return forward(explanation, theta, o.v_e + shift[:, 0], o.f_p + shift[:, 1], grid, reach)
+    shift = nuisance[:, : o.n_moving] * o.nuisance_std
+    physical, common = np.split(theta, [len(parameters(explanation))])
+    late = np.tile(
+        common[COMMON : o.n_common], (len(shift), 1)
+    )  # of the robot's motion, where it was measured
+    v_e, f_p, error = o.v_e + shift[:, 0], o.f_p + shift[:, 1], np.hstack([shift[:, N_NUISANCE:], late])
+    return forward(explanation, physical, v_e, f_p, grid, reach, o.robot, error)
 
 
 def _times(o: Observations, forces: Forces, common: np.ndarray, nuisance: np.ndarray, h: float) -> np.ndarray:
@@ -105,8 +108,8 @@ def _times(o: Observations, forces: Forces, common: np.ndarray, nuisance: np.nda
 def _beside_motion(o: Observations, common: np.ndarray, nuisance: np.ndarray) -> np.ndarray:
     """(trials, n) N: the sensor's zero, rings, and waves of a discrepancy."""
     zero = common[0] * ~o.peak_only[:, None]
-    shared = np.einsum("k,ikn->in", common[COMMON:], o.shared)
-    return zero + shared + (nuisance[:, None, N_NUISANCE:] @ o.ringing)[:, 0]
+    shared = np.einsum("k,ikn->in", common[o.n_common :], o.shared)
+    return zero + shared + (nuisance[:, None, o.n_moving :] @ o.ringing)[:, 0]
 
 
 def _left(o: Observations, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
@@ -127,21 +130,23 @@ def compare(
     h: float,
 ) -> Linearisation:
     """The simulated forces at the measured times, with derivatives, whitened."""
-    p = len(slope) - len(common)
+    p, q = len(slope) - len(common), o.n_moving - N_NUISANCE
     spread = o.nuisance_std
     near, weight, rate_weight = taps(_times(o, forces, common, nuisance, h), h, forces.contact)
     at = combine(forces.rows, near, weight)
     predicted, tangents = at[:, 0] + _beside_motion(o, common, nuisance), at[:, 1:]
     timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
 
-    first = 1 + p + COMMON  # row of a nuisance
-    rows = np.empty((len(o.names), first + N_NUISANCE, o.force.shape[1]))
+    first = 1 + p + o.n_common  # row of a nuisance
+    rows = np.empty((len(o.names), first + o.n_moving, o.force.shape[1]))
     rows[:, 0], share = _left(o, predicted)
     rows[:, 1 : p + 1] = tangents[:, :p] * slope[:p, None]
     rows[:, p + 1] = slope[p] * ~o.peak_only[:, None]
     rows[:, p + 2] = timing * slope[p + 1]
-    rows[:, first : first + 2] = tangents[:, p:] * spread[:, :2, None]
-    rows[:, first + 2] = timing * spread[:, 2:]
+    rows[:, p + 3 : first] = tangents[:, p + 2 + q :]
+    rows[:, first : first + 2] = tangents[:, p : p + 2] * spread[:, :2, None]
+    rows[:, first + 2] = timing * spread[:, 2:3]
+    rows[:, first + N_NUISANCE :] = tangents[:, p + 2 : p + 2 + q]
     ringing, shared = o.whitened_ringing, o.whitened_shared
     if share is not None:
         rows[:, 1:] *= share[:, None]

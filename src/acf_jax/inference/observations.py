@@ -10,8 +10,9 @@ from acf_jax.dataset import GapDataset, LowPass, Noise, Quality, RigPrior, Trial
 from acf_jax.dataset.low_pass import Filter, is_kept, settling_time
 from acf_jax.errors import InputError, shown
 from acf_jax.inference.forward import SAMPLES, step_for
-from acf_jax.inference.parameters import Measures
+from acf_jax.inference.parameters import COMMON, Measures
 from acf_jax.inference.ring import Ring, ringing
+from acf_jax.inference.robot_motion import WALKS, RobotMotion, robot_motion, velocity_std
 from acf_jax.inference.whitening import Whitener
 
 LEAST_TRIALS = 3
@@ -23,7 +24,9 @@ TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the commo
 SHORTEST_INTERVAL, LONGEST_INTERVAL = 1e-7, 10.0  # s, between samples: beyond, time is in another unit
 SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
 NO_TIME = 1e-6  # s, in place of the sampling interval of a peak
-N_NUISANCE = 3  # of every trial: velocity, pretension, trigger time; those of rings come behind
+N_NUISANCE = (
+    3  # of every trial: velocity, pretension, trigger time; those of a motion and of rings come behind
+)
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
 
@@ -57,6 +60,7 @@ class Observations:
     rings: tuple[Ring, ...] = ()  # what trials of one condition do not share
     discrepancy: Discrepancy | None = None
     low_pass: LowPass | None = None  # that the readings have been through
+    robot: RobotMotion | None = None  # how it was measured to move in addition to the commanded velocities
     censored: np.ndarray | None = (
         None  # (trials, n) bool, none of `used`: the force is at least that; None: none is
     )
@@ -76,16 +80,28 @@ class Observations:
 
     @property
     def nuisance_std(self) -> np.ndarray:
-        """(trials, 3) prior standard deviation of each trial's velocity, m/s, pretension, N, and trigger time, s."""
-        return np.column_stack(
-            [self.rel_std[0] * self.v_e, self.rel_std[1] * self.f_p, self.trigger_std * self.interval]
-        )
+        """(trials, 3 + q) prior standard deviation of each trial's velocity, m/s, pretension, N, and trigger time, s.
+
+        And of the errors of a measured motion, which are in units of theirs.
+        """
+        known = [self.rel_std[0] * self.v_e, self.rel_std[1] * self.f_p, self.trigger_std * self.interval]
+        return np.column_stack([*known, np.ones((len(self.names), self.n_moving - N_NUISANCE))])
+
+    @property
+    def n_moving(self) -> int:
+        """Of those: velocity, pretension, trigger time, the errors of a measured motion."""
+        return N_NUISANCE + (WALKS if self.robot else 0)
+
+    @property
+    def n_common(self) -> int:
+        """What all trials share but for waves: the sensor's zero, the delay of all triggers, that of a motion."""
+        return COMMON + (self.robot is not None)
 
     @property
     def n_nuisances(self) -> int:
-        """Of a trial: velocity, pretension, trigger time, two a ring, one of a filter, the waves of a discrepancy."""
+        """Of a trial: what changes the motion, two a ring, one of a filter, the waves of a discrepancy."""
         waves = 0 if self.discrepancy is None else self.discrepancy.own.shape[1]
-        return N_NUISANCE + 2 * len(self.rings) + (self.low_pass is not None) + waves
+        return self.n_moving + 2 * len(self.rings) + (self.low_pass is not None) + waves
 
     @property
     def weighed(self) -> np.ndarray:
@@ -173,6 +189,7 @@ class Observations:
             self,
             names=tuple(self.names[i] for i in index),
             **{name: getattr(self, name)[index] for name in rows},
+            robot=self.robot and self.robot.of(index),
             discrepancy=self.discrepancy and Discrepancy(*(waves[index] for waves in self.discrepancy)),
             censored=None if self.censored is None else self.censored[index],
         )
@@ -184,6 +201,7 @@ class _Row(NamedTuple):
     censored: np.ndarray
     interval: float
     peak_only: bool
+    late: float = 0.0  # s, first contact after time 0 of the trial's files
 
     @property
     def tells(self) -> bool:
@@ -235,7 +253,22 @@ def observe(quality: Quality) -> Observations:
         noise=replace(quality.noise, std=max(quality.noise.std, SIMULATED * largest)),
         prior=dataset.rig,
         low_pass=low_pass,
+        robot=_robot(dataset, trials, rows, longest),
     )
+
+
+def _robot(dataset: GapDataset, trials: list[Trial], rows: list[_Row], longest: float) -> RobotMotion | None:
+    """How the robot moved; `InputError` where nothing tells how well that was measured."""
+    motions = [trial.motion for trial in trials]
+    std = dataset.measurement.robot_velocity_std_m_per_s or velocity_std(motions)
+    if std is None and any(motions):
+        raise InputError(
+            f"{dataset.folder / 'dataset.yaml'}: measurement.robot_velocity_std_m_per_s: is missing, and the files of"
+            " `motion` hold too few samples before contact to tell it; state it"
+        )
+    v_e, late = [trial.contact_velocity for trial in trials], [row.late for row in rows]
+    end = max((float(row.time[-1]) for row in rows if not row.peak_only), default=longest)
+    return robot_motion(motions, np.array(v_e), std or 0.0, np.array(late), end)
 
 
 def _check(dataset: GapDataset, trials: list[Trial], rows: list[_Row]) -> None:
@@ -281,10 +314,12 @@ def _row(trial: Trial, look: TrialQuality, offset: float, longest: float, low_pa
     # a late trigger leaves samples of no force behind time 0: comparison begins where force does
     begin = max(ONSET * interval, look.phase.onset - late - 0.5 * interval)
     used = (time > begin) & (time < longest)
+    if trial.motion is not None:  # later it is not known how the robot moved
+        used &= trial.trace.time[part] <= trial.motion.time[-1]
     if low_pass:
         used &= is_kept(trial.trace.time[part], interval, low_pass)
         if low_pass.zero_phase:  # what came after the recording's end is not known to have been filtered
             used &= trial.trace.time[part] < trial.trace.time[-1] - settling_time(low_pass)
     end = np.inf if look.phase.cut_off is None else look.phase.cut_off - offset
     force = np.minimum(force[used], end)
-    return _Row(time[used], force, force == end, interval, False)
+    return _Row(time[used], force, force == end, interval, False, late)

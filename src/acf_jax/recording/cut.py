@@ -7,7 +7,7 @@ import numpy as np
 
 from acf_jax.dataset.noise import approach_samples
 from acf_jax.dataset.phase import find_impact
-from acf_jax.dataset.trials import Trace
+from acf_jax.dataset.trials import RobotVelocity, Trace
 from acf_jax.recording.contacts import Contact
 from acf_jax.recording.mapping import Contacts
 from acf_jax.recording.onset import LEAST_APPROACH, SURE
@@ -38,6 +38,7 @@ class Cut:
     condition: tuple[float, float] = (0.0, 0.0)  # m/s and N, of the group of trials that it belongs to
     peak: float | None = None  # N, within the impact phase; None: no impact is seen
     remarks: tuple[str, ...] = ()
+    motion: RobotVelocity | None = None  # None: not measured, or too seldom to tell how the robot moved
 
     @property
     def words(self) -> str:

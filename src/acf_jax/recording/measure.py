@@ -6,14 +6,24 @@ from dataclasses import replace
 import numpy as np
 
 from acf_jax.dataset import units
+from acf_jax.dataset.trials import RobotVelocity
 from acf_jax.recording.checks import LEAST_SHARE, NOUGHT, is_below_zero
 from acf_jax.recording.contacts import Contact, first_impact, sampling_interval
 from acf_jax.recording.cut import Cut, cut_trace, ends_early, impact_peak, remarks, zeros
 from acf_jax.recording.level import BLOCK
 from acf_jax.recording.mapping import Contacts
 from acf_jax.recording.session import Session
-from acf_jax.recording.velocity import WINDOWS, Character, Estimate, character_of, pretension_at, velocity_at
+from acf_jax.recording.velocity import (
+    WINDOWS,
+    Character,
+    Estimate,
+    character_of,
+    motion_over,
+    pretension_at,
+    velocity_at,
+)
 
+OFTEN = 0.5  # of an impact, between two velocities at most: fewer do not tell how the robot moves in it
 UNKNOWN = Estimate(float("nan"), float("nan"))
 _STALE = 3.0, 0.05  # sampling intervals, and s, that the last speed before a contact may be old
 
@@ -59,6 +69,7 @@ def measured(
             why.append(
                 f"its trace ends {1e3 * cut.trace.time[-1]:.3g} ms after contact, while the force rises"
             )
+        cut = replace(cut, motion=_motion(session, cut, character, impact_time))
         usable = velocity is not None and pretension is not None and time.size > 3
         cuts.append(
             replace(cut, keep=usable and (not why if keep is None else keep), peak=peak, remarks=tuple(why))
@@ -100,6 +111,17 @@ def _stale(session: Session, contact: Contact, patience: float) -> list[str]:
     last = int(session.speed.time[np.searchsorted(session.speed.time, contact.begin) - 1])
     late = 1e-9 * (contact.begin - last)
     return [f"the last speed before it is {1e3 * late:.3g} ms old"] if late > patience else []
+
+
+def _motion(session: Session, cut: Cut, character: Character, impact_time: float) -> RobotVelocity | None:
+    """How the robot moved over a cut; None unless its velocity was measured, on the force's clock and often enough."""
+    speed, known = session.speed, character.steady == np.inf
+    if isinstance(speed, float) or session.is_position or not known or not cut.time.size:
+        return None
+    motion = motion_over(speed, cut.contact.begin, float(cut.trace.time[-1]))
+    if motion is None or units.motion_fault(motion, cut.velocity.value, OFTEN * impact_time):
+        return None
+    return motion if session.clock_std < float(np.median(np.diff(motion.time))) else None
 
 
 def _velocity(session: Session, begin: int, character: Character) -> Estimate | None:

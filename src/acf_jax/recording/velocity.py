@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from acf_jax.dataset.trials import RobotVelocity
 from acf_jax.recording.series import Array, Series
 
 WINDOWS = (0.4, 0.2, 0.1, 0.05, 0.025)  # s before contact
@@ -22,6 +23,7 @@ _LONE = 0.05  # relative standard deviation of a single sample
 _MOVES = 0.1  # of the largest speed, from which on a robot moves
 _STEADY = 3  # new values that are the same: no part of a ramp, and hardly chance
 _PRETENSION = 0.1  # s before contact
+_MOTION = 0.05  # s before contact, of the robot's motion: tells the scatter of its velocity
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,19 @@ def velocity_at(
         return Estimate(float(value[-1]), max(_LONE * abs(float(value[-1])), float(np.ptp(value))))
     best = min(found, key=lambda estimate: estimate.std)
     return Estimate(best.value, float(np.hypot(best.std, FLOOR * best.value)))
+
+
+def motion_over(series: Series, begin: int, until: float) -> RobotVelocity | None:
+    """The measured velocities about the time `begin` (ns) and until the first one `until` s later.
+
+    **Returns:** over s since `begin`, without samples that only repeat a held value; None where there are too few.
+    """
+    first, last = np.searchsorted(series.time, (begin - round(1e9 * _MOTION), begin + round(1e9 * until)))
+    part = series.at(slice(int(first), int(last) + 1))
+    time, value = _fresh(part.seconds(begin), part.value)
+    return (
+        RobotVelocity(time, value) if np.count_nonzero(time < 0.0) >= _FEW and time.size > 2 * _FEW else None
+    )
 
 
 def pretension_at(series: Series, begin: int) -> Estimate | None:

@@ -17,9 +17,11 @@ def found(impacts: Impacts) -> list[str]:
         return [f"{head}, no data set", *(_line(impacts, cut) for cut in impacts.cuts), *impacts.notes]
     conditions = {cut.condition for cut in kept}
     odd = [f"{cut.trial} is not kept: {_why(cut)}" for cut in impacts.cuts if not cut.keep]
+    moved = sum(cut.motion is not None for cut in kept)
+    motion = [f"the robot's measured velocity goes into the motion of {moved} trials"] if moved else []
     trust = impacts.trust
     about = [f"{head}, {len(kept)} kept, at {len(conditions)} conditions", trust.headline]
-    return list(dict.fromkeys([*about, *trust.lines, *odd, *impacts.notes]))
+    return list(dict.fromkeys([*about, *trust.lines, *odd, *motion, *impacts.notes]))
 
 
 def _line(impacts: Impacts, cut: Cut) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from acf_jax.dataset import GapDataset, read_dataset
 from acf_jax.dataset.description import SCHEMA
+from acf_jax.dataset.trials import RobotVelocity
 from acf_jax.documents import yaml_text
 from acf_jax.errors import InputError
 from acf_jax.files import write_text
@@ -23,16 +24,20 @@ COLUMNS = (
 
 
 def write_impacts(folder: Path, impacts: Impacts, rig: RigFile | None) -> GapDataset | None:
-    """Write dataset.yaml, trials.csv and traces/; with a rig the result is read back as `diagnose` would.
+    """Write dataset.yaml, trials.csv, traces/ and, where the robot's motion was measured, motion/.
 
-    **Returns:** the data set that was read back; None without a rig.
+    **Returns:** the data set, read back as `diagnose` would; None without a rig.
 
     **Raises:** `Refused` when what was written is no sound data set.
     """
     write_text(folder / "dataset.yaml", _description(impacts, rig))
-    write_text(folder / "trials.csv", "\n".join([COLUMNS, *(_row(impacts, cut) for cut in impacts.kept), ""]))
+    is_moved = any(cut.motion is not None for cut in impacts.kept)
+    rows = [_row(impacts, cut) + _motion_cell(cut) * is_moved for cut in impacts.kept]
+    write_text(folder / "trials.csv", "\n".join([COLUMNS + ",motion" * is_moved, *rows, ""]))
     for cut in impacts.kept:
         write_text(folder / "traces" / f"{cut.trial}.csv", trace_text(cut))
+        if cut.motion is not None:
+            write_text(folder / "motion" / f"{cut.trial}.csv", motion_text(cut.motion))
     if rig is None:
         return None
     try:
@@ -55,6 +60,12 @@ def trace_text(cut: Cut) -> str:
     """The trace as CSV: times to the nanosecond, every force as it was read."""
     rows = zip(cut.time.tolist(), cut.force.tolist(), strict=True)
     return "\n".join(["time_s,force_n", *(f"{1e-9 * t:.9f},{f!r}" for t, f in rows), ""])
+
+
+def motion_text(motion: RobotVelocity) -> str:
+    """The robot's velocity as CSV."""
+    rows = zip(motion.time.tolist(), motion.value.tolist(), strict=True)
+    return "\n".join(["time_s,robot_velocity_m_per_s", *(f"{t:.9f},{v!r}" for t, v in rows), ""])
 
 
 def review_of(impacts: Impacts) -> str:
@@ -97,6 +108,10 @@ def _row(impacts: Impacts, cut: Cut) -> str:
         f"{_seconds(impacts, cut):.9f}",
     )
     return ",".join(cells)
+
+
+def _motion_cell(cut: Cut) -> str:
+    return f",motion/{cut.trial}.csv" if cut.motion is not None else ","
 
 
 def _seconds(impacts: Impacts, cut: Cut) -> float:

@@ -15,6 +15,7 @@ from acf_jax.report import (
     discrepancy,
     evidence,
     heldout,
+    motion,
     parameters,
     peaks,
     quality,
@@ -54,7 +55,7 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any], orig
             "made-of", "Made of", "What the gap is made of", composition.in_words(d), composition.bars(d),
             composition.figures(d),
         ),
-        part("before-after", "Before, after", "Before and after", traces.overlay(d, look)),
+        part("before-after", "Before, after", "Before and after", traces.overlay(d, look), motion.robot_motion(d)),
         part("where", "Where", "Where the gap lies", where.in_words(d), where.gap_map(d), where.components(d)),
         part(
             "why", "Why", "What explains it", evidence.in_words(d), evidence.probabilities(content),

@@ -21,16 +21,18 @@ Tangent = tuple[Smooth, Smooth, Released]  # the parts, their derivatives in eac
 
 
 def simulate_with_derivatives(
-    make: Callable[[Float[Array, " p"]], System],
+    make: Callable[..., System],
     z: Float[Array, "n p"],
     h: Scalar,
     samples: int,
     steps: Int[Array, ""],
+    data: Any = (),
 ) -> tuple[Float[Array, "samples n"], Float[Array, "samples p+1 n"]]:
     """Forces of `n` impacts on the grid 0, h, 2h, ...
 
-    **Arguments:** `make`: the equations of motion of one impact from its numbers. `z`: these numbers. `h`, `samples`,
-    `steps`: as for `simulate`.
+    **Arguments:** `make`: the equations of motion of one impact from its numbers, and from its data where there are
+    any. `z`: these numbers. `h`, `samples`, `steps`: as for `simulate`. `data`: arrays whose last axis is that of the
+    impacts, in which nothing is derived.
 
     **Returns:** the contact forces in N; the sensed forces in N, followed by their derivatives in each of the numbers.
     """
@@ -39,25 +41,29 @@ def simulate_with_derivatives(
     p, n = z.shape
     directions = jnp.broadcast_to(jnp.eye(p)[:, :, None], (p, p, n))
 
-    def begin(z: Float[Array, " p"]) -> tuple[Smooth, Released]:
-        return _split(start(make(z), h))
+    def begin(z: Float[Array, " p"], *data: Any) -> tuple[Smooth, Released]:
+        return _split(start(make(z, *data), h))
 
     def onward(
-        z: Float[Array, " p"], smooth: Smooth, released: Released, k: Int[Array, ""]
+        z: Float[Array, " p"], smooth: Smooth, released: Released, *data: Any, k: Int[Array, ""]
     ) -> tuple[Smooth, Released]:
         y, signals, memories = smooth
-        return _split(advance(make(z), k, h, Moving(y, released, signals, memories)))
+        return _split(advance(make(z, *data), k, h, Moving(y, released, signals, memories)))
 
     def first(direction: Float[Array, "p n"]) -> Tangent:
-        return jax.jvp(jax.vmap(begin, in_axes=1, out_axes=-1), (z,), (direction,), has_aux=True)
+        step = jax.vmap(begin, in_axes=-1, out_axes=-1)
+        return jax.jvp(lambda z: step(z, *data), (z,), (direction,), has_aux=True)
 
     def after(moving: Tangent, k: Int[Array, ""]) -> Tangent:
         smooth, tangents, released = moving
-        step = jax.vmap(partial(onward, k=k), in_axes=(1, -1, -1), out_axes=-1)
+        step = jax.vmap(partial(onward, k=k), in_axes=-1, out_axes=-1)
 
         def along(direction: Float[Array, "p n"], tangent: Smooth) -> Tangent:
             return jax.jvp(
-                lambda z, smooth: step(z, smooth, released), (z, smooth), (direction, tangent), has_aux=True
+                lambda z, smooth: step(z, smooth, released, *data),
+                (z, smooth),
+                (direction, tangent),
+                has_aux=True,
             )
 
         return jax.vmap(along, out_axes=(None, 0, None))(directions, tangents)
