@@ -248,6 +248,16 @@ def test_a_filter_that_cannot_be_is_one_message(end, tmp_path, hertz, says):
     assert says in error and "Traceback" not in error
 
 
+def test_a_plan_behind_a_filter_that_cannot_be_is_one_message(end, tmp_path):
+    text = (ROOT / "examples/rig/dataset.yaml").read_text()
+    assert text.rstrip().splitlines()[-1].startswith("  ")  # of the measurement
+    (tmp_path / "dataset.yaml").write_text(text.rstrip() + "\n  low_pass: {cutoff_hz: 20}\n")
+    conditions = ROOT / "examples/rig/held_out_conditions.csv"
+    code, text, error = end("plan", tmp_path / "dataset.yaml", "--conditions", conditions)
+    assert code == 2 and not text and is_one_message(error)
+    assert "dataset.yaml: measurement.low_pass: cutoff_hz is 20 Hz" in error and "give at least" in error
+
+
 def test_peaks_are_on_the_terminal(end, tmp_path):
     prepared(("predict",), tmp_path)
     asked = tmp_path / "asked.csv"

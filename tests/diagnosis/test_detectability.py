@@ -1,11 +1,12 @@
 """What `plan` says of trials before they are made."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from acf_jax.dataset import Measurement, Noise
+from acf_jax.dataset import LowPass, Measurement, Noise
 from acf_jax.diagnosis import identifiability
 from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.plan import imagine, plan
@@ -49,3 +50,20 @@ def test_the_smallest_size_leaves_about_three_standard_deviations() -> None:
         parameters = (smallest[effect], *(p.starts[0] if p.shape else 0.0 for p in others))
         left = 2 * fit_nominal(imagined(effect, parameters)).objective
         assert 1.5 < np.sqrt(left) < 6.0, size.name  # linear from a start that may be much larger
+
+
+def test_what_is_planned_ends_at_the_range_and_lies_behind_the_filter() -> None:
+    def smallest(**measured: Any) -> dict[str, float]:
+        found = plan(RIG, Measurement(**measured), CONDITIONS, RATE, NOISE)
+        return {d.effect: np.inf if d.smallest is None else d.smallest for d in found}
+
+    free, wide = smallest(), smallest(range_n=1e4)
+    assert wide == pytest.approx(free)
+    cut = smallest(range_n=60.0)  # of pretensions up to 120 N and peaks up to 280 N
+    assert all(
+        cut[name] > 1.5 * free[name] for name in ("pad_bottoming", "contact_hardening", "sensor_resonance")
+    )
+    slow = smallest(low_pass=LowPass(150.0, 4))
+    # one sample in thirty is left, and next to nothing of a ring at several hundred hertz
+    assert np.sqrt(30) < slow["gravity"] / free["gravity"] < 30
+    assert slow["sensor_resonance"] / free["sensor_resonance"] > 4 * slow["gravity"] / free["gravity"]

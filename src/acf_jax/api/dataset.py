@@ -73,7 +73,7 @@ class DataSet(GapDataset):
 
 
 def read_dataset(folder: str | Path) -> DataSet:
-    """Read a data set of impacts: dataset.yaml, trials.csv and the traces listed there (docs/data_format.md).
+    """Read a data set of impacts: dataset.yaml, trials.csv and the files listed there (docs/data_format.md).
 
     **Arguments:** `folder`: as `python -m acf_jax import` writes it, or made by hand.
 

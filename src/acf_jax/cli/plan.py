@@ -35,6 +35,7 @@ def command(
     """
     from acf_jax.dataset import Trial, read_conditions
     from acf_jax.dataset.description import read_description
+    from acf_jax.dataset.units import low_pass_fault
     from acf_jax.errors import InputError
 
     faults: list[str] = []
@@ -52,6 +53,9 @@ def command(
                 _, rig, measurement = read_description(description)
         except InputError as error:
             faults += error.faults
+    if rig and measurement and measurement.low_pass:
+        fault = low_pass_fault(measurement.low_pass, rig.impact_time, trials)
+        faults += [f"{description}: measurement.low_pass: {fault}"] if fault else []
     if not faults and len(trials) < 3:
         faults.append(f"{conditions}: has {len(trials)} trials; a diagnosis needs at least three")
     if faults or rig is None or measurement is None:

@@ -3,8 +3,9 @@
 import numpy as np
 
 from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
+from acf_jax.dataset.low_pass import is_kept, settling_time
 from acf_jax.diagnosis.identifiability import Detectability, detectability
-from acf_jax.inference.fit import fit
+from acf_jax.inference.fit import RESOLVED, fit
 from acf_jax.inference.forward import SAMPLES, Grid, forward, step_for
 from acf_jax.inference.interpolation import at_times, first_loss
 from acf_jax.inference.observations import ONSET, Observations, compared_time
@@ -36,10 +37,14 @@ def imagine(
     sample_rate: float,
     noise_std: float,
 ) -> Observations:
-    """Noise-free trials of the paper's model, as they would be compared."""
+    """Noise-free trials of the paper's model, as they would be compared: behind a filter, up to the range's end."""
+    low_pass, range_n = measurement.low_pass, measurement.range_n or np.inf
     end = compared_time(rig)
-    h = max(step_for(*rig.values), end / (SAMPLES - 4))
-    grid = Grid(h, min(SAMPLES - 1, int(end / h) + 3))
+    # without phase shift a reading knows what follows it
+    later = settling_time(low_pass) if low_pass and low_pass.zero_phase else 0.0
+    resolved = RESOLVED / low_pass.cutoff_hz if low_pass else np.inf
+    h = max(min(step_for(*rig.values), resolved), (end + later) / (SAMPLES - 4))
+    grid = Grid(h, min(SAMPLES - 1, int((end + later) / h) + 3), low_pass=low_pass)
     v_e = np.array([t.contact_velocity for t in conditions])
     f_p = np.array([t.pretension for t in conditions])
     forces = forward((), rig.values, v_e, f_p, grid)
@@ -49,6 +54,10 @@ def imagine(
     )
     lost = first_loss(forces.contact)
     until = np.where(lost < forces.contact.shape[1], lost * grid.h, end)
+    in_contact = (time[None] < until[:, None]) & (time[None] > ONSET / sample_rate)
+    if low_pass:
+        in_contact &= is_kept(time, 1 / sample_rate, low_pass)
+    in_contact &= force < range_n  # a lower bound tells nothing of what is just large enough to be seen
     numbers = {condition: k for k, condition in enumerate(dict.fromkeys(t.condition for t in conditions))}
     return Observations(
         names=tuple(t.name for t in conditions),
@@ -57,10 +66,11 @@ def imagine(
         condition=np.array([numbers[t.condition] for t in conditions]),
         time=np.tile(time, (len(conditions), 1)),
         force=force,
-        used=(time[None] < until[:, None]) & (time[None] > ONSET / sample_rate),
+        used=in_contact,
         peak_only=np.zeros(len(conditions), bool),
         interval=np.full(len(conditions), 1 / sample_rate),
         rel_std=(measurement.contact_velocity_rel_std, measurement.pretension_rel_std),
         noise=Noise(noise_std),
         prior=rig,
+        low_pass=low_pass,
     )
