@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis.candidates import fit_nominal
+from acf_jax.diagnosis.experiment import propose
 from acf_jax.diagnosis.motion import inferred_motion, statement
 from acf_jax.inference.fit import fit
 from acf_jax.inference.parameters import begin
@@ -51,6 +52,18 @@ def test_by_how_much_it_changes_the_force_is_said() -> None:
     assert statement(replace(o, robot=None), nominal) == ""
     steady = o.robot._replace(velocity=1e-4 * o.robot.velocity)
     assert statement(replace(o, robot=steady), nominal) == ""
+
+
+def test_a_next_trial_is_proposed_for_a_robot_that_keeps_its_speed() -> None:
+    o = observed(trials(STD))
+    fits = [
+        fit(o, ("gravity",), begin(RIG.values, [20.0]), iterations=0),
+        fit(o, ("coulomb_friction",), begin(RIG.values, [5.0, 0.0, 0.01]), iterations=0),
+    ]
+    found = propose(o, (fits[0], 0.6), (fits[1], 0.4))
+    assert found is not None and found.error_after < found.error_before == pytest.approx(0.4)
+    otherwise = replace(o, robot=o.robot._replace(velocity=2 * o.robot.velocity))
+    assert propose(otherwise, (fits[0], 0.6), (fits[1], 0.4)) == found
 
 
 def test_the_report_shows_commanded_measured_and_inferred_velocity() -> None:

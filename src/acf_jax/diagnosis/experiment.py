@@ -57,7 +57,8 @@ def propose(
     longest = int(np.argmax(o.used.sum(1)))
     planned = o.subset(np.arange(len(o.names)) == longest)
     # elsewhere the range ends at other times, and a robot that is told another speed moves in another way
-    planned = replace(planned, used=planned.weighed, censored=None, robot=None)
+    still = planned.robot and planned.robot.steady()
+    planned = replace(planned, used=planned.weighed, censored=None, robot=still)
     fits = (first[0], second[0])
     reaches = [reach_of(x.explanation, x.physical, o.v_e, o.f_p, x.grid) for x in fits]
     distances = [_distance(planned, v, f, fits, reaches) for v, f in conditions]

@@ -90,9 +90,7 @@ def _forces(
 ) -> Forces:
     shift = nuisance[:, : o.n_moving] * o.nuisance_std
     physical, common = np.split(theta, [len(parameters(explanation))])
-    late = np.tile(
-        common[COMMON : o.n_common], (len(shift), 1)
-    )  # of the robot's motion, where it was measured
+    late = np.tile(common[COMMON : o.n_common], (len(shift), 1))  # of the robot's motion
     v_e, f_p, error = o.v_e + shift[:, 0], o.f_p + shift[:, 1], np.hstack([shift[:, N_NUISANCE:], late])
     return forward(explanation, physical, v_e, f_p, grid, reach, o.robot, error)
 

@@ -24,9 +24,7 @@ TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the commo
 SHORTEST_INTERVAL, LONGEST_INTERVAL = 1e-7, 10.0  # s, between samples: beyond, time is in another unit
 SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
 NO_TIME = 1e-6  # s, in place of the sampling interval of a peak
-N_NUISANCE = (
-    3  # of every trial: velocity, pretension, trigger time; those of a motion and of rings come behind
-)
+N_NUISANCE = 3  # of every trial: velocity, pretension, trigger time; a motion's and rings' come behind
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
 
@@ -82,14 +80,14 @@ class Observations:
     def nuisance_std(self) -> np.ndarray:
         """(trials, 3 + q) prior standard deviation of each trial's velocity, m/s, pretension, N, and trigger time, s.
 
-        And of the errors of a measured motion, which are in units of theirs.
+        Behind them that of a measured motion's errors, which are in units of it.
         """
         known = [self.rel_std[0] * self.v_e, self.rel_std[1] * self.f_p, self.trigger_std * self.interval]
         return np.column_stack([*known, np.ones((len(self.names), self.n_moving - N_NUISANCE))])
 
     @property
     def n_moving(self) -> int:
-        """Of those: velocity, pretension, trigger time, the errors of a measured motion."""
+        """Nuisances that change the motion: velocity, pretension, trigger time, errors of a measured motion."""
         return N_NUISANCE + (WALKS if self.robot else 0)
 
     @property

@@ -57,6 +57,10 @@ class RobotMotion(NamedTuple):
         step = 0.5 * self.spacing * (self.velocity[..., 1:] + self.velocity[..., :-1])
         return np.pad(np.cumsum(step, axis=-1), ((0, 0), (0, 0), (1, 0)))
 
+    def steady(self) -> "RobotMotion":
+        """That of robots that keep their speed, and are known to."""
+        return self._replace(velocity=np.zeros_like(self.velocity))
+
     def of(self, trials: np.ndarray) -> "RobotMotion":
         """That of some trials, given by index."""
         return self._replace(velocity=self.velocity[trials])

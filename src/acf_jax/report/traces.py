@@ -37,9 +37,10 @@ def overlay(diagnosis: Diagnosis, look: Outlook) -> Html | None:
         if has_unseen(d)
         else "by the fit to all trials: they have one condition, so none is unseen"
     )
+    moved = " The robot moves as measured, but for the contact force." if o.robot else ""
     caption = (
-        f"Every curve is predicted at the commanded velocity and pretension, {by}. Nominal: the paper's model with the"
-        " rig's nominal parameters; recalibrated: the same refitted. Below: what each model misses; the band is"
+        f"Every curve is predicted at the commanded velocity and pretension, {by}.{moved} Nominal: the paper's model with"
+        " the rig's nominal parameters; recalibrated: the same refitted. Below: what each model misses; the band is"
         f" ± 2 standard deviations of the noise. A click on the legend hides a curve.{more}"
     )
     title = "Measured and predicted force"
