@@ -3,17 +3,21 @@
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from acf_jax.diagnosis import diagnose
 from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.experiment import propose
 from acf_jax.diagnosis.motion import inferred_motion, statement
 from acf_jax.inference.fit import fit
 from acf_jax.inference.parameters import begin
 from acf_jax.report.motion import robot_motion
+from acf_jax.report.write import save_diagnosis
+from tests.few import few_explanations
 from tests.imagined import RIG
 from tests.inference.test_robot_motion import STD, V_E, braked, observed, trials
 
@@ -52,6 +56,16 @@ def test_by_how_much_it_changes_the_force_is_said() -> None:
     assert statement(replace(o, robot=None), nominal) == ""
     steady = o.robot._replace(velocity=1e-4 * o.robot.velocity)
     assert statement(replace(o, robot=steady), nominal) == ""
+
+
+def test_a_diagnosis_of_measured_motions_has_their_picture_and_a_warning(tmp_path: Path) -> None:
+    with few_explanations(("gravity",), ("unknown_robot",)):
+        found = diagnose(trials(STD))
+    assert found.scored[0].explanation == ()
+    assert any("the robot did not keep its commanded speed" in warning for warning in found.warnings)
+    save_diagnosis(tmp_path / "out", found)
+    page = (tmp_path / "out/report.html").read_text()
+    assert 'id="motion-data"' in page and "The robot moves as measured" in page
 
 
 def test_a_next_trial_is_proposed_for_a_robot_that_keeps_its_speed() -> None:

@@ -39,9 +39,9 @@ def overlay(diagnosis: Diagnosis, look: Outlook) -> Html | None:
     )
     moved = " The robot moves as measured, but for the contact force." if o.robot else ""
     caption = (
-        f"Every curve is predicted at the commanded velocity and pretension, {by}.{moved} Nominal: the paper's model with"
-        " the rig's nominal parameters; recalibrated: the same refitted. Below: what each model misses; the band is"
-        f" ± 2 standard deviations of the noise. A click on the legend hides a curve.{more}"
+        f"Every curve is predicted at the commanded velocity and pretension, {by}.{moved} Nominal: the paper's model"
+        " with the rig's nominal parameters; recalibrated: the same refitted. Below: what each model misses; the band"
+        f" is ± 2 standard deviations of the noise. A click on the legend hides a curve.{more}"
     )
     title = "Measured and predicted force"
     return plot("overlay", title, caption, variants, layout, 520, "Trial", rows.index(first))
