@@ -30,7 +30,9 @@ Examples:
 )
 @OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: diagnosis.json.")
-def command(dataset: Path, out: Path, seed: int, low_pass: float | None, overwrite: bool, as_json: bool) -> None:
+def command(
+    dataset: Path, out: Path, seed: int, low_pass: float | None, overwrite: bool, as_json: bool
+) -> None:
     """Diagnose the sim-to-real gap of the data set in the folder DATASET.
 
     Writes OUT/diagnosis.json, OUT/report.html, OUT/model.json and OUT/provenance.json.
