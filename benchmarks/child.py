@@ -1,4 +1,4 @@
-"""A command in a process of its own: how long it takes, and how much memory at its peak."""
+"""A command in a process of its own: how long it takes, by the clock and of its cores, and how much memory at its peak."""
 
 import os
 import subprocess
@@ -12,6 +12,7 @@ class Spent(NamedTuple):
     """What a command took."""
 
     seconds: float
+    computing: float  # s of all its cores, which other work on the machine lengthens less
     megabytes: float  # largest resident memory
     output: str
 
@@ -36,4 +37,4 @@ def run_python(arguments: Sequence[str], environment: Mapping[str, str]) -> Spen
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, command)
     kilobytes = usage.ru_maxrss / (1024 if sys.platform == "darwin" else 1)
-    return Spent(seconds, kilobytes / 1024, output)
+    return Spent(seconds, usage.ru_utime + usage.ru_stime, kilobytes / 1024, output)

@@ -1,23 +1,22 @@
-"""From `python -m acf_jax peak` to its answer: a new process each time, with and without a compilation cache.
+"""From `python -m acf_jax peak` to its answer, and to the help: a new process each time, against an import of JAX.
 
 python -m benchmarks.start_up
 """
 
 import argparse
 import json
-import os
-import subprocess
-import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.child import Spent, run_python
 from benchmarks.machine import describe
-from benchmarks.timing import summarise
+from benchmarks.timing import median_ratio, summarise
 
 # The command as the README shows it.
 COMMAND = (
+    "-m",
+    "acf_jax",
     "peak",
     "--m",
     "2.0",
@@ -32,17 +31,21 @@ COMMAND = (
     "--f-p",
     "100",
 )
+# What they are, their arguments, and whether the cache of compiled code is filled.
+KINDS = {
+    "`import jax`, nothing else": (("-c", "import jax"), True),
+    "`--help`": (("-m", "acf_jax", "--help"), True),
+    "`peak`, cold: no compilation cache": (COMMAND, False),
+    "`peak`, warm: compilation cache filled": (COMMAND, True),
+}
 
 
-def run(cache: Path) -> float:
-    """Seconds of one run in a new process whose caches all lie in `cache`."""
+def run(arguments: Sequence[str], cache: Path) -> Spent:
+    """One run in a new process whose caches all lie in `cache`."""
     # Whatever cache the command uses lies in one of these.
-    environment = os.environ | {"XDG_CACHE_HOME": str(cache), "JAX_COMPILATION_CACHE_DIR": str(cache / "jax")}
-    start = time.perf_counter()
-    subprocess.run(
-        [sys.executable, "-m", "acf_jax", *COMMAND], check=True, env=environment, capture_output=True
+    return run_python(
+        arguments, {"XDG_CACHE_HOME": str(cache), "JAX_COMPILATION_CACHE_DIR": str(cache / "jax")}
     )
-    return time.perf_counter() - start
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -52,18 +55,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--repeats", type=int, default=9, help="runs of each kind (default: 9)")
     parser.add_argument("--json", type=Path, help="write the seconds to this file, too")
     options = parser.parse_args(arguments)
-    seconds: dict[str, list[float]] = {"cold": [], "warm": []}
+    spent: dict[str, list[Spent]] = {name: [] for name in KINDS}
     with tempfile.TemporaryDirectory() as folder:
-        run(Path(folder) / "warm")  # Python's own byte code is there in both kinds
+        run(COMMAND, Path(folder) / "warm")  # Python's own byte code is there in every kind
         for i in range(options.repeats):
-            seconds["cold"].append(run(Path(folder) / f"cold{i}"))
-            seconds["warm"].append(run(Path(folder) / "warm"))
-    print(f"`python -m acf_jax {' '.join(COMMAND)}`, {options.repeats} runs of each; {describe()}\n")
-    print("| | s, median | min … max |\n|---|--:|--:|")
-    for kind, meaning in (("cold", "no compilation cache"), ("warm", "compilation cache filled")):
-        t = summarise(seconds[kind])
-        print(f"| {kind}: {meaning} | {t.median:.2f} | {t.low:.2f} … {t.high:.2f} |")
+            for name, (command, is_warm) in KINDS.items():
+                spent[name].append(run(command, Path(folder) / ("warm" if is_warm else f"cold{i}")))
+    print(f"`python {' '.join(COMMAND)}`, {options.repeats} runs of each, in turn; {describe()}\n")
+    print("| | s, median | min … max | s of the cores | × `import jax` |\n|---|--:|--:|--:|--:|")
+    (alone, *_) = computing = {name: [one.computing for one in runs] for name, runs in spent.items()}
+    for name, runs in spent.items():
+        t, own = summarise([one.seconds for one in runs]), computing[name]
+        print(
+            f"| {name} | {t.median:.2f} | {t.low:.2f} … {t.high:.2f} | {summarise(own).median:.2f} "
+            f"| {median_ratio(own, computing[alone]):.2g} |"
+        )
     if options.json:
+        seconds = {name: [one.seconds for one in runs] for name, runs in spent.items()}
         options.json.write_text(json.dumps(seconds, indent=1))
 
 

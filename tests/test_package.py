@@ -141,6 +141,16 @@ def test_help_needs_no_jax():
     assert run(sys.executable, "-c", code).splitlines()[-1] == "[]"
 
 
+def test_a_peak_needs_neither_scipy_nor_optimistix(tmp_path):
+    """Each takes longer to import than the peak to compute."""
+    code = (
+        "import sys\nfrom acf_jax.cli.main import commands\n"
+        f"commands({list(PEAK)}, standalone_mode=False)\n"
+        "print(sorted({'optimistix', 'optax', 'scipy.optimize', 'scipy.ndimage', 'scipy.stats'} & set(sys.modules)))"
+    )
+    assert run(sys.executable, "-c", code, XDG_CACHE_HOME=str(tmp_path)).splitlines()[-1] == "[]"
+
+
 def modules() -> dict[str, set[str]]:
     """Each module of the package with the modules of the package that it imports."""
     files = {".".join(f.relative_to(ROOT / "src").with_suffix("").parts): f for f in PACKAGE.rglob("*.py")}

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from acf_jax.dataset.noise import quantisation_step
 from acf_jax.dataset.trials import Array, Trace
@@ -100,6 +99,8 @@ class _Rest:
     """The readings that are left of a trace, among which the next lost ones are looked for."""
 
     def __init__(self, time: Array, force: Array, least: float):
+        from scipy.ndimage import median_filter  # slow to import, and not every command reads traces
+
         self.time, self.force = time, force
         self.size = np.abs(_off(time, force))
         # the standard deviation that noise gives to `size`

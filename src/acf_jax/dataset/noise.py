@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
 
 from acf_jax.dataset.trials import Array, Trace
 
@@ -130,6 +129,8 @@ def fit_noise(traces: Sequence[Trace], stated: float | None = None) -> Noise | N
 
     def coloured(held: float | None) -> tuple[float, float, float]:
         """Loss, share and correlation time."""
+        from scipy.optimize import minimize  # slow to import, and not every command reads traces
+
         share, tau = min(starts, key=lambda start: _fit(groups, start[0], start[1], held).loss)
         start = [np.log(share / (1 - share)), np.log(tau)]
         best = minimize(lambda x: _fit(groups, *at(x), held).loss, start, method="Nelder-Mead")

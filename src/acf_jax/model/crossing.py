@@ -10,16 +10,14 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from jaxtyping import Array, Float, PyTree
 
-from acf_jax.model.halley import Halley, halley_step, next_step
 from acf_jax.model.stumpff import stumpff_series
 
 Scalar = Float[Array, ""]
 
 # Reached by no sample below zeta = 1e6; a bound all the same.
-_MAX_STEPS = 64
+MAX_STEPS = 64
 
 
 class Crossing(NamedTuple):
@@ -69,42 +67,54 @@ def _guess(crossing: Crossing) -> Scalar:
     return jnp.where(zeta < 3, sextic, crossing.ratio * r_m)
 
 
-def _half_the_digits(crossing: Crossing) -> float:
+def halley_step(
+    y: Scalar, derivatives: tuple[Scalar, Scalar, Scalar], lower: Scalar, upper: Scalar
+) -> Scalar:
+    """Halley's y - 2 f f'/(2 f'^2 - f f''), moved back into [lower, upper]; y itself where the step has no meaning."""
+    f, slope, curvature = derivatives
+    denominator = slope * slope - f * curvature / 2
+    sound = denominator > 0
+    step = f * slope / jnp.where(sound, denominator, 1.0)
+    return jnp.clip(jnp.where(sound, y - step, y), lower, upper)
+
+
+def next_step(step: Scalar, width: Scalar) -> Scalar:
+    """The size expected of the step after `step`: its cube, in units of the bracket's width."""
+    return step * (step / width) ** 2
+
+
+def half_the_digits(crossing: Crossing) -> float:
     """The tolerance of a root: F_max is stationary there, and `polish` brings t_max the other half."""
     return float(jnp.finfo(crossing.zeta.dtype).eps) ** 0.5
 
 
-def find_crossing(crossing: Crossing) -> Scalar:
-    """sigma to half the digits, by optimistix."""
-    return optx.root_find(
-        residual,  # type: ignore[arg-type]  # optimistix types the auxiliary output as Never
-        Halley(rtol=_half_the_digits(crossing), atol=0.0),
-        _guess(crossing),
-        args=crossing,
-        options={"lower": jnp.zeros_like(crossing.sigma_m), "upper": crossing.sigma_m},
-        has_aux=True,
-        max_steps=_MAX_STEPS,
-        throw=False,
-    ).value
+def first_step(crossing: Crossing) -> tuple[Scalar, Scalar]:
+    """sigma after one step from the guess, and the size of that step, which suffices for zeta < 2.9.
+
+    As straight-line code before the loop, which a batch then leaves without a turn: its turns cost more than steps.
+    """
+    return _step(_guess(crossing), crossing)
+
+
+def _step(sigma: Scalar, crossing: Crossing) -> tuple[Scalar, Scalar]:
+    new_sigma = polish(sigma, residual(sigma, crossing), crossing)
+    return new_sigma, jnp.abs(new_sigma - sigma)
 
 
 def find_crossings(crossing: Crossing) -> Scalar:
-    """The iteration of `find_crossing` for batches: its first step is straight-line code.
-
-    That step suffices for zeta < 2.9, and the loop is then left without a turn.
-    """
-    width, tolerance = crossing.sigma_m, _half_the_digits(crossing)
-
-    def step(y: Scalar, steps: int | Array) -> tuple[Scalar, Scalar, Array]:
-        new_y = polish(y, residual(y, crossing), crossing)
-        return new_y, jnp.abs(new_y - y), jnp.asarray(steps + 1)
+    """The iteration of `halley.find_crossing` without optimistix, for batches."""
+    width, tolerance = crossing.sigma_m, half_the_digits(crossing)
 
     def is_rough(state: tuple[Scalar, Scalar, Array]) -> Array:
         _, last_step, steps = state
         # false for NaN, so that a sample that is not a number does not hold up its block
-        return (next_step(last_step, width) > tolerance * width) & (steps < _MAX_STEPS)
+        return (next_step(last_step, width) > tolerance * width) & (steps < MAX_STEPS)
 
-    return jax.lax.while_loop(is_rough, lambda state: step(state[0], state[2]), step(_guess(crossing), 0))[0]
+    def turn(state: tuple[Scalar, Scalar, Array]) -> tuple[Scalar, Scalar, Array]:
+        sigma, _, steps = state
+        return *_step(sigma, crossing), steps + 1
+
+    return jax.lax.while_loop(is_rough, turn, (*first_step(crossing), jnp.asarray(1)))[0]
 
 
 def polish(sigma: Scalar, at_sigma: tuple[Scalar, tuple[Scalar, Scalar]], crossing: Crossing) -> Scalar:

@@ -1,4 +1,7 @@
-"""Halley's method, kept inside a bracket, for optimistix."""
+"""Halley's method, kept inside a bracket, for optimistix; and the peak's root by it.
+
+Apart from `crossing`, since optimistix takes as long to import as a peak to compute.
+"""
 
 from collections.abc import Callable
 from typing import Any, cast
@@ -8,23 +11,17 @@ import jax.numpy as jnp
 import optimistix as optx
 from jaxtyping import Array, Bool, Float, PyTree, Scalar
 
-# f, f' and f'' at a point
-Derivatives = tuple[Scalar, Scalar, Scalar]
+from acf_jax.model.crossing import (
+    MAX_STEPS,
+    Crossing,
+    first_step,
+    half_the_digits,
+    halley_step,
+    next_step,
+    residual,
+)
+
 Residual = Callable[[Scalar, PyTree], tuple[Scalar, tuple[Scalar, Scalar]]]
-
-
-def halley_step(y: Scalar, derivatives: Derivatives, lower: Scalar, upper: Scalar) -> Scalar:
-    """y - 2 f f'/(2 f'^2 - f f''), moved back into [lower, upper]; y itself where the step has no meaning."""
-    f, slope, curvature = derivatives
-    denominator = slope * slope - f * curvature / 2
-    sound = denominator > 0
-    step = f * slope / jnp.where(sound, denominator, 1.0)
-    return jnp.clip(jnp.where(sound, y - step, y), lower, upper)
-
-
-def next_step(step: Scalar, width: Scalar) -> Scalar:
-    """The size expected of the step after `step`: its cube, in units of the bracket's width."""
-    return step * (step / width) ** 2
 
 
 class _HalleyState(eqx.Module):
@@ -35,7 +32,8 @@ class Halley(optx.AbstractRootFinder[Scalar, Scalar, Any, _HalleyState]):
     """Bracketed Halley iteration for a scalar root: each step cubes the error.
 
     `fn(y, args)` returns f and, as its auxiliary output, (f', f''): an analytic pair costs next to
-    nothing where f solves a differential equation. `options` holds the bracket `lower`, `upper`.
+    nothing where f solves a differential equation. `options` holds the bracket `lower`, `upper`, and may hold
+    `step`, the size of a step that has led to the first y: where that is right already, no other is made.
 
     It stops when the *next* step must be below `atol + rtol (upper - lower)`, so that no evaluation is
     spent on seeing that the last step changed nothing.
@@ -55,7 +53,7 @@ class Halley(optx.AbstractRootFinder[Scalar, Scalar, Any, _HalleyState]):
         aux_struct: PyTree,
         tags: frozenset[object],
     ) -> _HalleyState:
-        return _HalleyState(jnp.full_like(y, jnp.inf))
+        return _HalleyState(options.get("step", jnp.full_like(y, jnp.inf)))
 
     def step(
         self,
@@ -95,3 +93,18 @@ class Halley(optx.AbstractRootFinder[Scalar, Scalar, Any, _HalleyState]):
         result: optx.RESULTS,
     ) -> tuple[Scalar, Any, dict[str, Any]]:
         return y, aux, {}
+
+
+def find_crossing(crossing: Crossing) -> Scalar:
+    """sigma to half the digits, by optimistix."""
+    y, step = first_step(crossing)
+    return optx.root_find(
+        residual,  # type: ignore[arg-type]  # optimistix types the auxiliary output as Never
+        Halley(rtol=half_the_digits(crossing), atol=0.0),
+        y,
+        args=crossing,
+        options={"lower": jnp.zeros_like(crossing.sigma_m), "upper": crossing.sigma_m, "step": step},
+        has_aux=True,
+        max_steps=MAX_STEPS,
+        throw=False,
+    ).value

@@ -21,7 +21,7 @@ from jaxtyping import Array, Bool, Float
 
 from acf_jax.model.blocks import in_blocks
 from acf_jax.model.carlson import carlson_rc
-from acf_jax.model.crossing import Crossing, find_crossing, find_crossings, polish, residual
+from acf_jax.model.crossing import Crossing, find_crossings, polish, residual
 from acf_jax.model.response import contact_force, contact_force_curvature, contact_force_rate
 from acf_jax.model.rig import Impact, Rig, broadcast
 
@@ -117,8 +117,11 @@ def _solve(find_root: RootFinder, rig: Rig, impact: Impact) -> Peak:
     return Peak(f_max, (tau + (polish(sigma, at_sigma, crossing) - sigma)) / rig.omega, has_peak)
 
 
-# traced once, not at each of the places and orders that ask for it
-_solve_one = jax.jit(partial(_solve, find_crossing))
+@jax.jit  # traced once, not at each of the places and orders that ask for it
+def _solve_one(rig: Rig, impact: Impact) -> Peak:
+    from acf_jax.model.halley import find_crossing  # slow to import, and a batch does without
+
+    return _solve(find_crossing, rig, impact)
 
 
 @jax.jit  # for the same reason

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from acf_jax.model.crossing import find_crossing
+from acf_jax.model.halley import find_crossing
 from acf_jax.model.peak import reduce
 from acf_jax.model.response import contact_force
 from acf_jax.model.rig import Impact, Rig
