@@ -1,4 +1,4 @@
-"""A command in a process of its own: how long it takes, by the clock and of its cores, and how much memory at its peak."""
+"""A command in a process of its own: its time, by the clock and of the cores, and its memory at the peak."""
 
 import os
 import subprocess

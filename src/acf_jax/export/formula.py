@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from acf_jax.export.brief import brief
 from acf_jax.model import Impact, Rig
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate, load_corrected, load_surrogate
 from acf_jax.surrogate.box import UNITS
@@ -60,6 +61,9 @@ class Formula(NamedTuple):
     error: str  # what the error bound rests on
     header: str  # of the surrogate's file, JSON
     function: Callable[[Float[Array, " inputs"]], Answers]
+    brief: Callable[
+        [Float[Array, " inputs"]], Answers
+    ]  # the same to 1e-6, by the fewest operations on vectors
     draw: Callable[[np.random.Generator, int], np.ndarray]  # (N, inputs), over the range and a little beyond
 
 
@@ -101,6 +105,7 @@ def of_paper(surrogate: Surrogate) -> Formula:
         error="experience, not proof: the largest error that held-out samples as near to the fold had",
         header=surrogate.header,
         function=function,
+        brief=brief(surrogate) or function,
         draw=draw,
     )
 
@@ -141,6 +146,7 @@ def of_corrected(surrogate: CorrectedSurrogate) -> Formula:
         error="experience, not proof: held-out samples and a search for the worst one, with a margin",
         header=surrogate.header,
         function=function,
+        brief=function,
         draw=draw,
     )
 

@@ -32,7 +32,7 @@ def onnx_model(formula: Formula) -> onnx.ModelProto:
     """
     names = [*(q.name for q in formula.outputs), INSIDE]
     kinds = [TensorProto.DOUBLE] * len(formula.outputs) + [TensorProto.BOOL]
-    graph = _Graph(trace(formula.function, len(formula.inputs)), names)
+    graph = _Graph(trace(formula.brief, len(formula.inputs)), names)
     model = helper.make_model(
         helper.make_graph(
             graph.nodes,

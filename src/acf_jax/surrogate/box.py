@@ -36,9 +36,8 @@ class Box:
 
     def has(self, rig: Rig, impact: Impact) -> Bool[Array, "6"]:
         """Which of the six values of one sample lie in the box."""
-        x, low, high = _values(rig, impact), jnp.asarray(self.low), jnp.asarray(self.high)
-        slack = _ROUNDING * jnp.maximum(jnp.abs(low), jnp.abs(high))
-        return (x >= low - jnp.minimum(slack, _ROUNDING * (high - low))) & (x <= high + slack)
+        x, (low, high) = _values(rig, impact), limits(self)
+        return (x >= low) & (x <= high)
 
     def faults(self, rig: Rig, impact: Impact, inside: np.ndarray) -> list[str]:
         """One line for each parameter that leaves the box, given `inside` of shape (N, 6)."""
@@ -53,6 +52,13 @@ class Box:
                     f"{rows[outside[0], i]:g} in sample {outside[0]}{_and_more(outside.size)}"
                 )
         return found
+
+
+def limits(box: Box) -> np.ndarray:
+    """Lowest and highest value that count as in the box, (2, 6)."""
+    low, high = np.array(box.low), np.array(box.high)
+    slack = _ROUNDING * np.maximum(np.abs(low), np.abs(high))
+    return np.stack([low - np.minimum(slack, _ROUNDING * (high - low)), high + slack])
 
 
 def _values(rig: Rig, impact: Impact) -> Float[Array, "6 *batch"]:

@@ -18,7 +18,7 @@ from acf_jax.surrogate.fold import distance_to_fold
 Scalar = Float[Array, ""]
 
 # Rounding of the force itself, in units in the last place; matters in float32 only.
-_ULPS = 64
+ULPS = 64
 
 
 class Prediction(NamedTuple):
@@ -86,7 +86,7 @@ class Surrogate(eqx.Module):
         this one exceeds them all is 1/(n + 1). It says nothing about samples outside the box.
         """
         force = self.force(rig, impact)
-        relative = self.held_out(distance_to_fold(rig, impact).u) + _ULPS * jnp.finfo(force.dtype).eps
+        relative = self.held_out(distance_to_fold(rig, impact).u) + ULPS * jnp.finfo(force.dtype).eps
         return relative * force
 
     def is_inside(self, rig: Rig, impact: Impact) -> Bool[Array, ""]:
