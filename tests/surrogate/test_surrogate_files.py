@@ -126,3 +126,19 @@ def test_a_corrected_model_of_another_effect_is_refused(tmp_path: Path) -> None:
     path = resigned(tmp_path / "a.eqx", CORRECTED, change)
     with pytest.raises(InputError, match="stands for another model than it carries; train it again"):
         ModelFile(path).load()
+
+
+def test_columns_get_the_answers_of_single_samples():
+    """One box's face, its middle and what lies outside, in columns and one by one."""
+    surrogate, _ = load_corrected(CORRECTED)
+    domain = surrogate.domain
+    unit = np.random.default_rng(2).random((40, len(domain.free)))
+    unit[0], unit[1] = 0.0, 1.0
+    q = domain.at(unit)
+    q[2, 0] *= 3
+    together = surrogate.predict(jnp.asarray(q.T))
+    single = [surrogate.predict(jnp.asarray(sample)) for sample in q]
+    for name in together._fields:
+        one_by_one = np.array([getattr(found, name) for found in single])
+        assert np.asarray(getattr(together, name)) == pytest.approx(one_by_one, rel=1e-13)
+    assert not together.is_inside[2] and together.is_inside[3:].any()

@@ -13,7 +13,7 @@ def ask(law: Trained, z: np.ndarray) -> tuple[CorrectedPrediction, list[str]]:
     """Peak force, time and error bound of samples z (N, p), and why it does not answer, empty where it does."""
     surrogate = law.surrogate
     q = jax.vmap(lambda z: law.sample(z, WALL))(jnp.asarray(z))
-    answers = jax.jit(jax.vmap(surrogate.predict))(q)
+    answers = jax.jit(surrogate.predict)(q.T)
     found: CorrectedPrediction = jax.tree.map(np.asarray, answers)
     samples = zip(np.asarray(q), found.is_inside, strict=True)
     return found, ["" if inside else "; ".join(surrogate.domain.faults(sample)) for sample, inside in samples]

@@ -9,6 +9,7 @@ counted in -2/omega, which saves factors.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import jax.numpy as jnp
 import numpy as np
@@ -44,14 +45,12 @@ def brief(
     widest = 2 * np.cosh(np.arccosh(LARGEST_RATIO) / 4) if is_over else 2.0
     bracket = _fitted(lambda d: -_rc(d / 2) / 2, 0.0, 2 * zeta_high)
     angle = _fitted(lambda x: -2 * _rc(x / 2), np.sqrt(2), widest)
-    pair = [
-        _fitted(lambda z, k=k: stumpff_series(k, z, TERMS), -(largest_angle**2), 1.01 * np.pi**2 / 4)
-        for k in (0, 1)
-    ]
-    if bracket is None or angle is None or pair[0] is None or pair[1] is None:
+    ends = -(largest_angle**2), 1.01 * np.pi**2 / 4  # of (eta sigma)^2
+    cosine, sine = _fitted(partial(_stumpff, 0), *ends), _fitted(partial(_stumpff, 1), *ends)
+    if bracket is None or angle is None or cosine is None or sine is None:
         return None
-    terms = max(len(series) for series in pair)
-    series = np.stack([np.pad(p, (0, terms - len(p))) for p in pair])
+    terms = max(len(cosine), len(sine))
+    both = np.stack([np.pad(series, (0, terms - len(series))) for series in (cosine, sine)])
     low, high = limits(surrogate.box)
     middle, half = (low + high) / 2, np.maximum((high - low) / 2, np.finfo(float).tiny)
     held_out, rounding = surrogate.held_out, ULPS * np.finfo(float).eps
@@ -79,8 +78,8 @@ def brief(
             seen = surrogate.x(jnp.array([0.5, 1.0]) * jnp.stack([damping, u]))
             sigma = sigma_m * surrogate.y.inverse(surrogate.network(seen))
             tau = tau_0 + sigma
-            cosine, sine = _polynomial(series, (4 - damping * damping) * (sigma * sigma))
-            swing = root_q * jnp.exp(damping * tau) * (cosine - damping * sigma * sine)
+            cos, sin = _polynomial(both, (4 - damping * damping) * (sigma * sigma))
+            swing = root_q * jnp.exp(damping * tau) * (cos - damping * sigma * sin)
             moving = f_p - kappa_momentum * 2 * tau
             force = epsilon * moving + kappa * (damped + swing)
         else:
@@ -91,7 +90,7 @@ def brief(
         matrix[np.arange(6), [0, 6, 2, 3, 4, 5]] = np.array([1.0, 0.5, 1.0, 1.0, 1.0, 1.0]) / half
         is_inside = (jnp.abs(matrix @ values - middle / half).max() <= 1) & (ratio < 1)
         force = jnp.where(is_inside, force, jnp.inf)
-        error = -drops @ (u <= held_out.edges).astype(float) + (held_out.largest[-1] + rounding)
+        error = -jnp.asarray(drops) @ (u <= held_out.edges).astype(float) + (held_out.largest[-1] + rounding)
         return force, error * force, is_inside
 
     return function
@@ -100,6 +99,10 @@ def brief(
 def _rc(x: np.ndarray) -> np.ndarray:
     """R_C(x^2, 1)."""
     return np.asarray(carlson_rc(jnp.asarray(x), jnp.ones_like(x)))
+
+
+def _stumpff(k: int, z: np.ndarray) -> np.ndarray:
+    return np.asarray(stumpff_series(k, jnp.asarray(z), TERMS))
 
 
 def _fitted(function: Callable[[np.ndarray], np.ndarray], low: float, high: float) -> np.ndarray | None:

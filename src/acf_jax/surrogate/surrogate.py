@@ -31,16 +31,21 @@ class Prediction(NamedTuple):
 
 
 class Affine(eqx.Module):
-    """y = (x - centre)/scale."""
+    """y = (x - centre)/scale, of one x or of many, one a column."""
 
     centre: Float[Array, "*shape"]
     scale: Float[Array, "*shape"]
 
     def __call__(self, x: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
-        return (x - self.centre) / self.scale
+        return (x - _column(self.centre, x)) / _column(self.scale, x)
 
     def inverse(self, y: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
-        return y * self.scale + self.centre
+        return y * _column(self.scale, y) + _column(self.centre, y)
+
+
+def _column(numbers: Array, x: Array) -> Array:
+    """Of as many dimensions as x, the last of which counts samples."""
+    return numbers.reshape(numbers.shape + (1,) * (x.ndim - numbers.ndim))
 
 
 class HeldOutError(eqx.Module):

@@ -37,12 +37,9 @@ class Answers(NamedTuple):
 
 @eqx.filter_jit
 def _ask(surrogate: CorrectedSurrogate, *columns: jax.Array) -> tuple[jax.Array, ...]:
-    def one(q: jax.Array, force: jax.Array, time: jax.Array, exists: jax.Array) -> tuple[jax.Array, ...]:
-        own_force, own_time, a = surrogate(q)
-        return own_force / force - 1, own_time - time, a, is_first_peak(q, time, exists)
-
-    answers: tuple[jax.Array, ...] = jax.vmap(one)(*columns)
-    return answers
+    q, force, time, exists = columns
+    own_force, own_time, a = surrogate(q.T)
+    return own_force / force - 1, own_time - time, a, jax.vmap(is_first_peak)(q, time, exists)
 
 
 def ask(surrogate: CorrectedSurrogate, labels: Labels) -> Answers:
