@@ -53,8 +53,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--samples", type=int, default=32768)
     parser.add_argument("--repeats", type=int, default=7)
     arguments = parser.parse_args(argv)
+    jax.config.update("jax_num_cpu_devices", cores())  # before start_jax asks for the devices
     start_jax()
-    jax.config.update("jax_num_cpu_devices", cores())
     model, surrogate = ModelFile(arguments.model).load_exact()
     law = model.main.peak
     assert isinstance(law, Simulated) and surrogate is not None

@@ -41,11 +41,8 @@ KINDS = {
 
 
 def run(arguments: Sequence[str], cache: Path) -> Spent:
-    """One run in a new process whose caches all lie in `cache`."""
-    # Whatever cache the command uses lies in one of these.
-    return run_python(
-        arguments, {"XDG_CACHE_HOME": str(cache), "JAX_COMPILATION_CACHE_DIR": str(cache / "jax")}
-    )
+    """One run in a new process, whose compiled code the command keeps in `cache`, as it does by default."""
+    return run_python(arguments, {"XDG_CACHE_HOME": str(cache)})
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
