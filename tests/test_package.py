@@ -40,7 +40,19 @@ PEAK = (
 
 # A part may import parts above it and its own, never parts below.
 LAYERS = [
-    {"documents", "errors", "files", "folders", "forms", "kept", "provenance", "start", "style", "workers"},
+    {
+        "documents",
+        "errors",
+        "files",
+        "folders",
+        "forms",
+        "kept",
+        "progress_lines",
+        "provenance",
+        "start",
+        "style",
+        "workers",
+    },
     {"model"},
     {"identify", "surrogate"},
     {"effects"},
@@ -55,6 +67,7 @@ LAYERS = [
     {"fleet", "recording"},
     {"pipeline"},
     {"api"},
+    {"app"},
     {"cli"},
 ]
 

@@ -1,9 +1,14 @@
-"""Progress on a terminal, on standard error; nothing in a pipe. rich leaves colours out where NO_COLOR is set."""
+"""Progress on standard error: a bar on a terminal, nothing in a pipe, JSON lines for a program that asks for them.
+
+rich leaves colours out where NO_COLOR is set.
+"""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
+
+from acf_jax.progress_lines import tell, wants_lines
 
 Item = TypeVar("Item")
 Stage = Callable[[str], None]
@@ -13,6 +18,9 @@ Count = Callable[[str, int, int], None]
 @contextmanager
 def stages() -> Iterator[Stage]:
     """A line that tells the stage and the time."""
+    if wants_lines():
+        yield tell
+        return
     if not sys.stderr.isatty():
         yield lambda stage: None
         return
@@ -28,6 +36,9 @@ def stages() -> Iterator[Stage]:
 @contextmanager
 def counts() -> Iterator[Count]:
     """A bar for each stage: its name, how many are done, of how many."""
+    if wants_lines():
+        yield tell
+        return
     if not sys.stderr.isatty():
         yield lambda stage, done, total: None
         return
@@ -51,3 +62,4 @@ def counted(items: Sequence[Item], what: str) -> Iterator[Item]:
         for done, item in enumerate(items):
             count(what, done, len(items))
             yield item
+

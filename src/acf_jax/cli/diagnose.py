@@ -21,6 +21,12 @@ Examples:
 @click.command(epilog=EXAMPLES)
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for the results.")
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="EFFECT",
+    help="An effect that cannot be the cause on this rig; several times for several.",
+)
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of the bootstrap intervals.")
 @click.option(
     "--low-pass",
@@ -31,7 +37,13 @@ Examples:
 @OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: diagnosis.json.")
 def command(
-    dataset: Path, out: Path, seed: int, low_pass: float | None, overwrite: bool, as_json: bool
+    dataset: Path,
+    out: Path,
+    without: tuple[str, ...],
+    seed: int,
+    low_pass: float | None,
+    overwrite: bool,
+    as_json: bool,
 ) -> None:
     """Diagnose the sim-to-real gap of the data set in the folder DATASET.
 
@@ -40,7 +52,7 @@ def command(
     """
     from acf_jax.dataset import LowPass, read_dataset
     from acf_jax.dataset.low_pass import APPLIED_ORDER
-    from acf_jax.errors import InputError, collected
+    from acf_jax.errors import InputError, collected, suggestion
 
     faults = [f"--out {out}: is a file; name a folder"] if out.exists() and not out.is_dir() else []
     faults += foreign_files(
@@ -50,6 +62,12 @@ def command(
     if faults or data is None:
         raise InputError(faults)
     band = LowPass(low_pass, APPLIED_ORDER) if low_pass else None
+    if without:
+        from acf_jax.effects import library
+
+        if strange := [name for name in without if name not in library()]:
+            hint = suggestion(strange[0], list(library())) or f"; known are {', '.join(library())}"
+            raise InputError(f"--without {strange[0]}: is no effect{hint}")
 
     from acf_jax.start import start_jax
 
@@ -58,7 +76,7 @@ def command(
     from acf_jax.report import save_diagnosis, told
 
     with stages() as progress:
-        diagnosis = diagnose(data, seed, progress, low_pass=band)
+        diagnosis = diagnose(data, seed, progress, without, low_pass=band)
         progress("writing the report")
         content = save_diagnosis(out, diagnosis, origin({str(dataset): data.digest}))
     if as_json:

@@ -1,6 +1,8 @@
-"""`import.html`: every cut on the whole recording, on one self-contained page."""
+"""`import.html`: every cut on the whole recording, on one self-contained page that drops, keeps and moves them."""
 
+import json
 from collections.abc import Sequence
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -8,8 +10,10 @@ import numpy as np
 from acf_jax import __version__
 from acf_jax.recording.cut import Cut
 from acf_jax.recording.impacts import Impacts
+from acf_jax.recording.review import AUTO, SCHEMA
 from acf_jax.recording.series import Array, Series
-from acf_jax.report.markup import Html, bullets, element, join, section, table
+from acf_jax.recording.write import entry_of
+from acf_jax.report.markup import Html, bullets, element, join, section, table, void
 from acf_jax.report.page import Part, page, part
 from acf_jax.report.plot import Drawn, Variant, axis, plain, plot, series
 from acf_jax.report.trusted import trusted
@@ -34,7 +38,17 @@ def import_page(impacts: Impacts, review: str | None, dataset: str, origin: str 
             bullets(impacts.faults) if impacts.faults else None,
         ),
         Part("recording", "Recording", section("recording", "The whole recording", whole_recording(impacts))),
-        Part("cuts", "Cuts", section("cuts", "Each cut", each_cut(impacts), cuts_table(impacts)))
+        Part(
+            "cuts",
+            "Cuts",
+            section(
+                "cuts",
+                "Each cut",
+                _decide(impacts),
+                element("div", all_cuts(impacts), each_cut(impacts), class_="beside"),
+                cuts_table(impacts, is_editable=True),
+            ),
+        )
         if cut
         else None,
         Part("notes", "Notes", section("notes", "What was taken, and from where", taken(impacts))),
@@ -46,7 +60,8 @@ def import_page(impacts: Impacts, review: str | None, dataset: str, origin: str 
         f" first contact. {origin}",
         class_="muted",
     )
-    return page(f"Import of {name}", _head(impacts), [part for part in parts if part], foot)
+    script = (files("acf_jax.recording") / "cuts.js").read_text("utf-8") if cut else ""
+    return page(f"Import of {name}", _head(impacts), [part for part in parts if part], foot, script)
 
 
 def _head(impacts: Impacts) -> Html:
@@ -86,6 +101,32 @@ def _head(impacts: Impacts) -> Html:
     )
 
 
+def _decide(impacts: Impacts) -> Html:
+    """The button that saves cuts.yaml, and what cuts.js has to know: the cuts as cuts.yaml would have them."""
+    cuts = []
+    for cut in impacts.cuts:
+        entry = entry_of(impacts, cut, None if impacts.faults else cut.keep)
+        keep = AUTO if entry.keep is None else entry.keep
+        cuts.append({"trial": entry.trial, "contact_s": entry.contact_s, "keep": keep, "shown": cut.keep})
+    content = json.dumps({"schema": SCHEMA, "recording": impacts.session.path.name, "cuts": cuts})
+    how = (
+        "Click a mark to drop or keep a contact, or use the boxes of the table. Drag a band, or the upright line of one"
+        " cut, to move the contact, or type its time."
+    )
+    return join(
+        [
+            element("p", how, class_="muted"),
+            element(
+                "p",
+                element("button", "Save cuts.yaml", type="button", id="save-cuts", class_="first", disabled=True),
+                " ",
+                element("span", "Nothing is changed.", id="cuts-said", role="status", aria_live="polite"),
+            ),
+            element("script", Html(content.replace("<", "\\u003c")), type="application/json", id="cuts-data"),
+        ]
+    )
+
+
 def whole_recording(impacts: Impacts) -> Drawn:
     """Force and robot over time, with a mark and a band for each cut."""
     session = impacts.session
@@ -107,6 +148,7 @@ def whole_recording(impacts: Impacts) -> Drawn:
         _span(
             1e-9 * (c.contact.begin - begin + int(c.time[0])),
             1e-9 * (c.contact.begin - begin + int(c.time[-1])),
+            c.trial,
         )
         for c in impacts.cuts
         if c.keep and c.time.size
@@ -136,6 +178,17 @@ def each_cut(impacts: Impacts) -> Drawn:
     return plot("cut", "Force of one contact", caption, variants, layout, 420, "Cut")
 
 
+def all_cuts(impacts: Impacts) -> Drawn:
+    """All cuts over the time from contact; cuts.js takes their lines from the figure beside it."""
+    layout = {
+        "xaxis": axis("time since first contact / ms"),
+        "yaxis": axis("force / N"),
+        "showlegend": False,
+    }
+    caption = "A click on a line shows that cut alone. Dashed: not kept."
+    return plot("all", "All cuts from contact", caption, [Variant("", [])], layout, 420)
+
+
 def _cut(cut: Cut) -> Variant:
     ms = 1e-6 * cut.time
     offset = (
@@ -151,7 +204,7 @@ def _cut(cut: Cut) -> Variant:
     noise = 3.0 * cut.contact.noise_std
     shapes = [
         {"type": "line", "x0": 0, "x1": 0, "yref": "paper", "y0": 0, "y1": 1,
-         "line": {"color": "--corrected", "width": 2}},
+         "line": {"color": "--corrected", "width": 2}, "editable": True, "name": cut.trial},
         {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": offset, "y1": offset,
          "line": {"color": "--muted", "dash": "dot", "width": 1}},
         {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": offset - noise, "y1": offset + noise,
@@ -159,21 +212,31 @@ def _cut(cut: Cut) -> Variant:
     ]  # fmt: skip
     state = "" if cut.keep else "; not kept"
     label = f"{cut.trial}: {cut.words}{state}"
-    return Variant(label, [samples], {"shapes": shapes, "showlegend": False})
+    problems = {
+        "text": plain("; ".join(cut.remarks)), "xref": "paper", "yref": "paper", "x": 1, "y": 1, "xanchor": "right",
+        "yanchor": "top", "showarrow": False, "font": {"color": "--bad"},
+    }  # fmt: skip
+    layout = {"shapes": shapes, "showlegend": False, "annotations": [problems] if cut.remarks else []}
+    return Variant(label, [samples], layout)
 
 
-def cuts_table(impacts: Impacts) -> Html:
-    """A row a cut: what was measured, and whether it is kept."""
+def cuts_table(impacts: Impacts, is_editable: bool = False) -> Html:
+    """A row a cut: what was measured, and whether it is kept; with fields for cuts.js where it is editable."""
     begin = int(impacts.session.force.time[0])
     rows = []
     for cut in impacts.cuts:
         word = "can be used" if impacts.faults else "kept"
         kept = element("span", word, class_="good") if cut.keep else element("span", "not kept", class_="bad")
         v_e, f_p = cut.condition
+        seconds: Html | str = f"{1e-9 * (cut.contact.begin - begin):.6f} s"
+        if is_editable:
+            box = void("input", type="checkbox", data_keep=cut.trial, aria_label=f"keep {cut.trial}", checked=cut.keep)
+            kept = join([box, " ", kept])
+            seconds = _seconds_field(cut.trial, 1e-9 * (cut.contact.begin - begin))
         rows.append(
             (
                 cut.trial,
-                f"{1e-9 * (cut.contact.begin - begin):.6f} s",
+                seconds,
                 f"{cut.velocity.value:.5g} ± {cut.velocity.std:.2g} m/s"
                 if np.isfinite(cut.velocity.value)
                 else "–",
@@ -185,6 +248,19 @@ def cuts_table(impacts: Impacts) -> Html:
         )
     head = ("Cut", "First contact", "Measured velocity", "Pretension", "Condition", "Peak", "")
     return table("As found in the recording; ± is one standard deviation", head, rows)
+
+
+def _seconds_field(trial: str, seconds: float) -> Html:
+    value = f"{max(seconds, 0.0):.6f}"
+    label = f"first contact of {trial}, s"
+    return join(
+        [
+            void(
+                "input", type="number", step="0.0001", min="0", value=value, data_contact=trial, aria_label=label
+            ),
+            " s",
+        ]
+    )
 
 
 def taken(impacts: Impacts) -> Html:
@@ -211,14 +287,10 @@ def taken(impacts: Impacts) -> Html:
 
 
 def _next(impacts: Impacts, review: str | None, dataset: str) -> Html:
-    file = (
-        f"Edit {review}"
-        if review
-        else "Import again with --review cuts.yaml, which writes that file; edit it"
-    )
+    file = f"Edit {review}" if review else "Edit that file"
     wrong = (
-        f"Is a cut wrong? {file}: keep: false drops it, keep: true keeps it, another contact_s moves it, a new line"
-        f" adds one; then import again with --review {review or 'cuts.yaml'}."
+        "Is a cut wrong? Change it above, save cuts.yaml, then import again with --review"
+        f" {review or 'cuts.yaml'}. {file} by hand to add a contact: a new line adds one."
     )
     if impacts.faults:
         return bullets(["Mend what stands above, then import again.", wrong])
@@ -253,14 +325,15 @@ def _marks(cuts: Sequence[Cut], begin: int, name: str, color: str, symbol: str) 
     return {
         "type": "scatter", "mode": "markers", "name": name,
         "x": series([1e-9 * (c.contact.begin - begin) for c in cuts], 9), "y": series([c.contact.peak for c in cuts]),
+        "customdata": [c.trial for c in cuts],
         "text": [plain(f"{c.trial}: {'; '.join(c.remarks) or f'{c.velocity.value:.4g} m/s'}") for c in cuts],
         "hovertemplate": "%{text}<extra></extra>", "marker": {"color": color, "symbol": symbol, "size": 8},
     }  # fmt: skip
 
 
-def _span(first: float, last: float) -> dict[str, Any]:
+def _span(first: float, last: float, trial: str) -> dict[str, Any]:
     return {
-        "type": "rect", "x0": first, "x1": last, "yref": "paper", "y0": 0, "y1": 1,
+        "type": "rect", "editable": True, "name": trial, "x0": first, "x1": last, "yref": "paper", "y0": 0, "y1": 1,
         "fillcolor": "--band", "line": {"width": 0}, "layer": "below",
     }  # fmt: skip
 

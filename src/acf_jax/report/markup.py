@@ -33,6 +33,11 @@ def element(tag: str, *children: object, **attributes: object) -> Html:
     return Html(f"<{tag}{written}>{join(children)}</{tag}>")
 
 
+def void(tag: str, **attributes: object) -> Html:
+    """The same of an element that holds nothing, such as input."""
+    return Html(element(tag, **attributes).removesuffix(f"</{tag}>"))
+
+
 def join(parts: Iterable[object]) -> Html:
     """Parts one behind the other."""
     return Html("".join(escape(part) for part in parts))

@@ -67,3 +67,10 @@ for (const table of document.querySelectorAll("table.sortable")) {
 prefersDark.addEventListener("change", drawAll);
 isNarrow.addEventListener("change", drawAll);
 drawAll().then(() => { document.documentElement.dataset.drawn = "true"; });
+
+/** In a frame of `acf-jax app` a page has no frame of its own to scroll: it tells its height. */
+if (window.parent !== window) {
+  document.documentElement.classList.add("embedded");
+  const tell = () => window.parent.postMessage({ acf: "height", height: document.body.offsetHeight }, "*");
+  new ResizeObserver(tell).observe(document.body);
+}

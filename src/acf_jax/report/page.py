@@ -27,14 +27,14 @@ def part(name: str, word: str, heading: str, *body: Html | None) -> Part | None:
     return Part(name, word, section(name, heading, *there)) if there else None
 
 
-def page(title: str, head: Html, parts: Sequence[Part], foot: Html) -> str:
-    """The HTML file: head, contents, sections, foot.
+def page(title: str, head: Html, parts: Sequence[Part], foot: Html, script: str = "") -> str:
+    """The HTML file: head, contents, sections, foot. `script`: runs before page.js draws the figures.
 
-    The content security policy names the hashes of the two scripts, so that a text which slipped through unescaped
+    The content security policy names the hashes of the scripts, so that a text which slipped through unescaped
     would still not run, and forbids every connection.
     """
     folder = files("acf_jax.report")
-    scripts = (get_plotlyjs(), (folder / "page.js").read_text("utf-8"))
+    scripts = (get_plotlyjs(), *([script] if script else []), (folder / "page.js").read_text("utf-8"))
     hashes = " ".join(f"'sha256-{b64encode(hashlib.sha256(s.encode()).digest()).decode()}'" for s in scripts)
     policy = f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'"
     links = element("ul", *(element("li", element("a", p.word, href=f"#{p.name}")) for p in parts))
@@ -58,8 +58,7 @@ def page(title: str, head: Html, parts: Sequence[Part], foot: Html) -> str:
 {join(p.html for p in parts)}
 </main>
 <footer>{foot}</footer>
-<script>{scripts[0]}</script>
-<script>{scripts[1]}</script>
+{join(element("script", Html(text)) for text in scripts)}
 </body>
 </html>
 """

@@ -8,6 +8,8 @@ from typing import Protocol
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from acf_jax.progress_lines import tell, wants_lines
+
 Say = Callable[[str], object]  # of a run: what was done, a line or several
 
 
@@ -20,6 +22,10 @@ class Told(Protocol):
 @contextmanager
 def progress(name: str, step: int, steps: int) -> Iterator[Told]:
     """A bar of `steps` steps, of which `step` are done: their number, the time left and the loss."""
+    if wants_lines():
+        every = max(steps // 100, 1)
+        yield lambda step, loss=None: tell(name, step, steps) if step % every == 0 else None
+        return
     columns = (
         TextColumn("{task.description:>13}"),
         BarColumn(),

@@ -22,6 +22,9 @@ class Recording(Protocol):
     def channels(self) -> list[Channel]:
         """What it offers, by name."""
 
+    def numbers(self, name: str) -> list[str]:
+        """The fields of a channel that hold numbers; none where the channel itself does."""
+
     def obstacles(self) -> list[str]:
         """What has to be mended or named beside the signals, such as the time of a table."""
 

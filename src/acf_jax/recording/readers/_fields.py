@@ -84,13 +84,13 @@ def _instead(message: Any, path: str, owner: Any, value: Any, reached: str) -> s
     names = [name for name in _names(value) if _is_array(getattr(value, name))]
     place = f"{reached}." if reached else ""
     arrays = [f"; {_elements(value, getattr(value, name), place + name)}" for name in names[:3]]
-    below = [] if reached.startswith("header") else list(_numbers(value, place))
-    return f"; its numbers are {some(below or _numbers(message))}{''.join(arrays)}"
+    below = [] if reached.startswith("header") else list(numbers(value, place))
+    return f"; its numbers are {some(below or numbers(message))}{''.join(arrays)}"
 
 
 def _guess(message: Any, path: str) -> str:
     """The number that is meant: one whose path holds the steps of `path` in order, else one that resembles it."""
-    known = list(_numbers(message))
+    known = list(numbers(message))
     for candidate in sorted(known, key=lambda name: not name.endswith("z")):  # the usual axis first
         steps = iter(re.split(r"[.\[]", candidate.lower()))
         if all(step in steps for step in path.lower().split(".")):
@@ -105,18 +105,18 @@ def _elements(owner: Any, array: Any, reached: str) -> str:
     names = getattr(owner, "name", None)
     if isinstance(names, list) and len(names) == len(array):
         return f"name a joint that moves along the contact as {reached}[NAME]: {some(names)}; or take another topic"
-    rest = next(_numbers(array[0], "."), "")
+    rest = next(numbers(array[0], "."), "")
     return f"{reached} has {len(array)} elements: write {reached}[{_usual(array)}]{rest}"
 
 
-def _numbers(owner: Any, place: str = "") -> Iterator[str]:
+def numbers(owner: Any, place: str = "") -> Iterator[str]:
     """The paths of the numbers in a message, but for those of its header; of an array that of one element."""
     for name in _names(owner):
         value, path = getattr(owner, name), f"{place}{name}"
         if _is_array(value) and len(value):
             value, path = value[_usual(value)], f"{path}[{_usual(value)}]"
         if _names(value):
-            yield from _numbers(value, f"{path}.") if name != "header" else ()
+            yield from numbers(value, f"{path}.") if name != "header" else ()
         elif not isinstance(value, str) and not _is_array(value):
             yield path
 

@@ -85,6 +85,10 @@ class Table:
         """Its columns."""
         return self.columns
 
+    def numbers(self, name: str) -> list[str]:
+        """None: a column has no fields."""
+        return []
+
     def obstacles(self) -> list[str]:
         """What has to be mended or named beside the signals."""
         found = [self.fault] if self.fault else []

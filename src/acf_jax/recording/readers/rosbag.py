@@ -13,7 +13,7 @@ from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.recording.mapping import Mapping as Stated
 from acf_jax.recording.mapping import Source
 from acf_jax.recording.readers import _bag_bounds
-from acf_jax.recording.readers._fields import getter
+from acf_jax.recording.readers._fields import getter, numbers
 from acf_jax.recording.readers._guard import Faults, border, need, some, within
 from acf_jax.recording.readers._parts import CHILD, FRAME, JOINT, Wanted
 from acf_jax.recording.series import Channel, Growing, Progress, Series
@@ -113,6 +113,15 @@ class Bag:
     def channels(self) -> list[Channel]:
         """Its topics."""
         return [Channel(name, type_, self.counts.get(name)) for name, type_ in sorted(self.topics.items())]
+
+    def numbers(self, name: str) -> list[str]:
+        """Those of the topic's first message; none of a topic whose messages cannot be read."""
+        try:
+            self._learn(name)
+            first = next(self._messages({name}), None)
+        except InputError:
+            return []
+        return [] if first is None else list(numbers(first[3]))
 
     def obstacles(self) -> list[str]:
         """Nothing: messages bring their times."""
