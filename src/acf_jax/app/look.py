@@ -33,7 +33,11 @@ def look(folder: Path, *arguments: str) -> dict[str, Any]:
         except subprocess.TimeoutExpired:
             return {"faults": [f"reading takes longer than {FOUND_S:g} s; go on without a preview"]}
         except ValueError:
-            return {"faults": ["the recording cannot be read: " + (done.stderr.strip().splitlines() or ["no answer"])[-1]]}
+            return {
+                "faults": [
+                    "the recording cannot be read: " + (done.stderr.strip().splitlines() or ["no answer"])[-1]
+                ]
+            }
     return answer
 
 
@@ -50,7 +54,11 @@ def listed(recording: Path, mapping: Path | None) -> dict[str, Any]:
         ]
         candidates = {
             role: [
-                {"name": s.name, "field": field_of(opened.described(s), s.name), "is_position": opened.is_position(s)}
+                {
+                    "name": s.name,
+                    "field": field_of(opened.described(s), s.name),
+                    "is_position": opened.is_position(s),
+                }
                 for s in opened.candidates(role)
             ]
             for role in ("force", "velocity", "pretension")

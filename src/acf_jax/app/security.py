@@ -54,7 +54,9 @@ class Guard:
         async def guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 given = {name.lower() for name, _ in message["headers"]}
-                for name, value in ({"Content-Security-Policy": POLICY, "Cache-Control": "no-store"} | HEADERS).items():
+                for name, value in (
+                    {"Content-Security-Policy": POLICY, "Cache-Control": "no-store"} | HEADERS
+                ).items():
                     if name.lower().encode() not in given:
                         message["headers"].append((name.encode(), value.encode()))
             await send(message)
@@ -110,5 +112,7 @@ class Places(NamedTuple):
         """The path itself, links followed; `InputError` where it lies in none of the folders."""
         real = path.resolve()
         if not any(real.is_relative_to(folder) for folder in self.folders):
-            raise InputError(f"{path}: lies outside the folders that the app was started with; name its folder there")
+            raise InputError(
+                f"{path}: lies outside the folders that the app was started with; name its folder there"
+            )
         return real

@@ -1,15 +1,15 @@
 """A session: one folder with the files that the commands read and write, and nothing that only the app knows.
 
-    session.yaml   which recording, and where it lies
-    recording/     what was uploaded; absent where a recording is opened in place
-    mapping.yaml   its signals                  `import --mapping`
-    cuts.yaml      decisions about its contacts `import --review`; absent where nothing is decided
-    rig.yaml       what is known of the rig     `import --rig`
-    data/          the data set                 `diagnose`
-    diagnosis/     what was found               `predict`, `speed`, `design`, `check`, `train`
-    plan/          trials that are planned      `plan`
-    surrogate/     a trained surrogate          `export`
-    .app/          jobs: their progress, output and exit code
+session.yaml   which recording, and where it lies
+recording/     what was uploaded; absent where a recording is opened in place
+mapping.yaml   its signals                  `import --mapping`
+cuts.yaml      decisions about its contacts `import --review`; absent where nothing is decided
+rig.yaml       what is known of the rig     `import --rig`
+data/          the data set                 `diagnose`
+diagnosis/     what was found               `predict`, `speed`, `design`, `check`, `train`
+plan/          trials that are planned      `plan`
+surrogate/     a trained surrogate          `export`
+.app/          jobs: their progress, output and exit code
 """
 
 import fcntl
@@ -42,7 +42,9 @@ class About(Part):
     """session.yaml."""
 
     schema_: Literal["acf-session/1"] = Field(default="acf-session/1", alias="schema")
-    recording: str | None = None  # path from the session's folder, or an absolute one of a recording opened in place
+    recording: str | None = (
+        None  # path from the session's folder, or an absolute one of a recording opened in place
+    )
     robot: str | None = None  # the same of the recording of the robot's signals
 
 
@@ -119,7 +121,9 @@ class Session:
 
 def is_session(folder: Path) -> bool:
     """Whether a folder holds what a session holds; a folder of `run` does."""
-    return any((folder / part).is_file() for part in (ABOUT, f"{DATA}/dataset.yaml", f"{DIAGNOSIS}/model.json"))
+    return any(
+        (folder / part).is_file() for part in (ABOUT, f"{DATA}/dataset.yaml", f"{DIAGNOSIS}/model.json")
+    )
 
 
 def find(places: Places, place: int, name: str) -> Session:
@@ -138,7 +142,10 @@ def every(places: Places) -> list[Session]:
         Session(place, path.name, path, places)
         for place, folder in enumerate(places.folders)
         for path in (sorted(folder.iterdir()) if folder.is_dir() else ())
-        if path.is_dir() and NAME.fullmatch(path.name) and path.resolve().is_relative_to(folder) and is_session(path)
+        if path.is_dir()
+        and NAME.fullmatch(path.name)
+        and path.resolve().is_relative_to(folder)
+        and is_session(path)
     ]
     return sorted(found, key=lambda session: -session.folder.stat().st_mtime)
 

@@ -145,7 +145,9 @@ def remedies(faults: Sequence[str], content: Mapping[str, Any], offered: Mapping
     return found
 
 
-def rescaled(content: Mapping[str, Any], offered: Mapping[str, Any], role: str, factor: float) -> dict[str, Any]:
+def rescaled(
+    content: Mapping[str, Any], offered: Mapping[str, Any], role: str, factor: float
+) -> dict[str, Any]:
     """The mapping with another factor before a signal."""
     was = chosen(content, role)
     key, signal = was.key, was.signal

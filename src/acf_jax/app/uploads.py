@@ -16,7 +16,9 @@ _NAME = re.compile(r"[^\W_][\w.+ ()-]{0,199}")
 def file_name(text: str) -> str:
     """The name of an uploaded file, if it is a plain one; `InputError` where it is none."""
     if not _NAME.fullmatch(text) or text != text.strip() or text.endswith("."):
-        raise InputError(f"file name {shown(text)}: use letters, digits, spaces and .+-_() only, and begin with a letter")
+        raise InputError(
+            f"file name {shown(text)}: use letters, digits, spaces and .+-_() only, and begin with a letter"
+        )
     return text
 
 

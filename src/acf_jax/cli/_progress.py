@@ -62,4 +62,3 @@ def counted(items: Sequence[Item], what: str) -> Iterator[Item]:
         for done, item in enumerate(items):
             count(what, done, len(items))
             yield item
-

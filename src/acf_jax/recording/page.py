@@ -118,7 +118,9 @@ def _decide(impacts: Impacts) -> Html:
             element("p", how, class_="muted"),
             element(
                 "p",
-                element("button", "Save cuts.yaml", type="button", id="save-cuts", class_="first", disabled=True),
+                element(
+                    "button", "Save cuts.yaml", type="button", id="save-cuts", class_="first", disabled=True
+                ),
                 " ",
                 element("span", "Nothing is changed.", id="cuts-said", role="status", aria_live="polite"),
             ),
@@ -230,7 +232,13 @@ def cuts_table(impacts: Impacts, is_editable: bool = False) -> Html:
         v_e, f_p = cut.condition
         seconds: Html | str = f"{1e-9 * (cut.contact.begin - begin):.6f} s"
         if is_editable:
-            box = void("input", type="checkbox", data_keep=cut.trial, aria_label=f"keep {cut.trial}", checked=cut.keep)
+            box = void(
+                "input",
+                type="checkbox",
+                data_keep=cut.trial,
+                aria_label=f"keep {cut.trial}",
+                checked=cut.keep,
+            )
             kept = join([box, " ", kept])
             seconds = _seconds_field(cut.trial, 1e-9 * (cut.contact.begin - begin))
         rows.append(
@@ -256,7 +264,13 @@ def _seconds_field(trial: str, seconds: float) -> Html:
     return join(
         [
             void(
-                "input", type="number", step="0.0001", min="0", value=value, data_contact=trial, aria_label=label
+                "input",
+                type="number",
+                step="0.0001",
+                min="0",
+                value=value,
+                data_contact=trial,
+                aria_label=label,
             ),
             " s",
         ]

@@ -21,7 +21,9 @@ def home(places: Places) -> Response:
     """The page."""
     found = sessions.every(places)
     rows = [(element("a", s.name, href=f"{s.url}/{_next(s)}"), _state(s), _when(s.folder)) for s in found]
-    listed = table("Each is a folder that the commands read, too", ("Session", "How far", "Last change"), rows)
+    listed = table(
+        "Each is a folder that the commands read, too", ("Session", "How far", "Last change"), rows
+    )
     return page("Sessions", new_session(places), listed if rows else None)
 
 
@@ -46,14 +48,22 @@ def new_session(places: Places) -> Html:
         data_upload="/upload",
     )
     where = ", ".join(str(folder) for folder in places.folders)
-    here = element("p", element("a", "Open a recording or a data set on this machine", href="/browse/0/"), class_="after")
+    here = element(
+        "p", element("a", "Open a recording or a data set on this machine", href="/browse/0/"), class_="after"
+    )
     empty = form(
         "/new",
-        field("Name", void("input", id="name", name="name", value="my rig", maxlength=60, required=True), "name"),
+        field(
+            "Name", void("input", id="name", name="name", value="my rig", maxlength=60, required=True), "name"
+        ),
         button("Start without a recording"),
         class_="row",
     )
-    about = element("p", f"Sessions are kept in {places.folders[0]}. This app reads and writes in {where} alone.", class_="muted")
+    about = element(
+        "p",
+        f"Sessions are kept in {places.folders[0]}. This app reads and writes in {where} alone.",
+        class_="muted",
+    )
     return element(
         "section",
         element("h2", "New session", id="new-title"),
@@ -70,7 +80,9 @@ def browse(places: Places, place: int, relative: str, session: str = "") -> Resp
     folder = places.resolve(place, relative)
     if not folder.is_dir():
         raise InputError(f"{relative}: is no folder; go back")
-    entries = sorted((e for e in folder.iterdir() if e.name[0] != "."), key=lambda e: (not e.is_dir(), e.name.lower()))
+    entries = sorted(
+        (e for e in folder.iterdir() if e.name[0] != "."), key=lambda e: (not e.is_dir(), e.name.lower())
+    )
     query = f"?session={quote(session)}" if session else ""
     rows = []
     for entry in entries[:SHOWN]:
@@ -82,9 +94,17 @@ def browse(places: Places, place: int, relative: str, session: str = "") -> Resp
             name = element("a", f"{entry.name}/", href=f"/browse/{place}/{quote(path)}{query}")
         rows.append((name, _size(entry), _opens(place, path, entry, session)))
     up = Path(relative).parent
-    above = element("a", "Folder above", href=f"/browse/{place}/{quote(str(up)) if str(up) != '.' else ''}{query}")
-    others = [element("a", str(f), href=f"/browse/{i}/{query}") for i, f in enumerate(places.folders) if i != place]
-    more = note(f"{len(entries) - SHOWN} more entries are not shown; name a smaller folder") if len(entries) > SHOWN else None
+    above = element(
+        "a", "Folder above", href=f"/browse/{place}/{quote(str(up)) if str(up) != '.' else ''}{query}"
+    )
+    others = [
+        element("a", str(f), href=f"/browse/{i}/{query}") for i, f in enumerate(places.folders) if i != place
+    ]
+    more = (
+        note(f"{len(entries) - SHOWN} more entries are not shown; name a smaller folder")
+        if len(entries) > SHOWN
+        else None
+    )
     return page(
         "Open on this machine",
         element("p", element("code", str(folder))),
@@ -107,7 +127,11 @@ def _opens(place: int, path: str, entry: Path, session: str) -> Html:
         return Html("")
     word = "Open data set" if is_set else "Open"
     label = element("span", f" {entry.name}", class_="quiet")
-    values = [hidden("place", place), hidden("path", path), *([hidden("session", session)] if session else [])]
+    values = [
+        hidden("place", place),
+        hidden("path", path),
+        *([hidden("session", session)] if session else []),
+    ]
     return form("/open", *values, button(join([word, label])))
 
 

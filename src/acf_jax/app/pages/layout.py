@@ -127,7 +127,9 @@ def field(label: str, control: Html, name: str, hint: object = "") -> Html:
 def number(name: str, value: object, **attributes: object) -> Html:
     """A field for a number."""
     shown = "" if value is None else value
-    return void("input", id=name, name=name, inputmode="decimal", autocomplete="off", value=shown, **attributes)
+    return void(
+        "input", id=name, name=name, inputmode="decimal", autocomplete="off", value=shown, **attributes
+    )
 
 
 def slider(name: str, label: str, low: float, high: float, step: float, value: float, unit: str) -> Html:
@@ -136,8 +138,17 @@ def slider(name: str, label: str, low: float, high: float, step: float, value: f
     return element(
         "div",
         element("label", label, for_=name),
-        void("input", type="range", id=name, name=name, value=f"{value:g}", data_pair=f"{name}-number", **span),
-        void("input", type="number", id=f"{name}-number", value=f"{value:g}", aria_label=f"{label}, {unit}", **span),
+        void(
+            "input", type="range", id=name, name=name, value=f"{value:g}", data_pair=f"{name}-number", **span
+        ),
+        void(
+            "input",
+            type="number",
+            id=f"{name}-number",
+            value=f"{value:g}",
+            aria_label=f"{label}, {unit}",
+            **span,
+        ),
         element("span", unit, class_="unit"),
         class_="slider",
     )
@@ -155,8 +166,17 @@ def select(name: str, pairs: Iterable[tuple[str, str]], chosen: str, **attribute
 
 def embedded(address: str, title: str) -> Html:
     """A page that a command wrote, in a sandbox of its own; page.js tells its height."""
-    frame = element("iframe", src=address, title=title, class_="embedded", sandbox="allow-scripts allow-downloads")
-    return join([element("p", element("a", f"{title}, alone in a tab", href=address, target="_blank", rel="noopener")), frame])
+    frame = element(
+        "iframe", src=address, title=title, class_="embedded", sandbox="allow-scripts allow-downloads"
+    )
+    return join(
+        [
+            element(
+                "p", element("a", f"{title}, alone in a tab", href=address, target="_blank", rel="noopener")
+            ),
+            frame,
+        ]
+    )
 
 
 def job_panel(session: Session, job: Job | None) -> Html:
@@ -168,7 +188,12 @@ def job_panel(session: Session, job: Job | None) -> Html:
         mood, said = ENDED[job.state]
         if job.state == "done":
             return Html("")
-        return join([note(element("strong", f"{word}: "), said, ".", mood=mood), faults_box([_told(line) for line in job.messages])])
+        return join(
+            [
+                note(element("strong", f"{word}: "), said, ".", mood=mood),
+                faults_box([_told(line) for line in job.messages]),
+            ]
+        )
     return element(
         "section",
         element("h2", word, id="job-title"),

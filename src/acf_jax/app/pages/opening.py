@@ -42,15 +42,24 @@ def opening(session: Session, faults: Sequence[str] = ()) -> Response:
     job = running(session)
     if recording is None:
         return page(
-            "Open", faults_box(faults), _no_recording(session), session=session, step="open", scripts=("open.js",)
+            "Open",
+            faults_box(faults),
+            _no_recording(session),
+            session=session,
+            step="open",
+            scripts=("open.js",),
         )
     try:
         content = signals.read(session.folder / MAPPING)
     except InputError as error:
-        return page("Open", faults_box(error.faults, "mapping.yaml"), session=session, step="open", status=400)
+        return page(
+            "Open", faults_box(error.faults, "mapping.yaml"), session=session, step="open", status=400
+        )
     offered = offers(session)
     robot = session.recording("robot")
-    told = element("p", element("strong", recording.name), f" and {robot.name}" if robot else "", f" · {_size(session)}")
+    told = element(
+        "p", element("strong", recording.name), f" and {robot.name}" if robot else "", f" · {_size(session)}"
+    )
     faults = [*faults, *offered["faults"], *offered.get("obstacles", [])]
     return page(
         "Open",
@@ -83,7 +92,9 @@ def offers(session: Session) -> dict[str, Any]:
         return first
     other = look(session.folder, "list", str(robot))
     there = other.get("candidates", {})
-    candidates = {role: there.get(role) or first["candidates"].get(role, []) for role in ("velocity", "pretension")}
+    candidates = {
+        role: there.get(role) or first["candidates"].get(role, []) for role in ("velocity", "pretension")
+    }
     return {
         "faults": [*first["faults"], *other["faults"]],
         "obstacles": [*first.get("obstacles", []), *other.get("obstacles", [])],
@@ -109,7 +120,12 @@ def _form(session: Session, content: dict[str, Any], offered: dict[str, Any]) ->
         "div",
         void("input", type="checkbox", id="tare", name="tare", checked=tare, aria_describedby="tare-hint"),
         element("label", " Zero: take off what the force reads before each contact", for_="tare"),
-        element("p", "For a sensor that shows something while nothing is touched.", class_="muted hint", id="tare-hint"),
+        element(
+            "p",
+            "For a sensor that shows something while nothing is touched.",
+            class_="muted hint",
+            id="tare-hint",
+        ),
     )
     return form(
         f"{session.url}/signals",
@@ -122,7 +138,9 @@ def _form(session: Session, content: dict[str, Any], offered: dict[str, Any]) ->
     )
 
 
-def _role(role: str, content: dict[str, Any], offered: dict[str, Any], every: Sequence[tuple[str, str | None]]) -> Html:
+def _role(
+    role: str, content: dict[str, Any], offered: dict[str, Any], every: Sequence[tuple[str, str | None]]
+) -> Html:
     chosen = signals.chosen(content, role)
     candidates = (offered.get("candidates") or {}).get("velocity" if role == "speed" else role) or []
     kind = chosen.key
@@ -134,14 +152,18 @@ def _role(role: str, content: dict[str, Any], offered: dict[str, Any], every: Se
     others = [(signals.value_of(n, f), _called(n, f)) for n, f in every]
     known = {v for v, _ in (*proposed, *others)}
     named = [] if value in known or value == signals.AUTO else [(value, _called(*json.loads(value)))]
-    top = [(signals.AUTO, "not chosen")] + ([("number", "one number for all contacts")] if role != "force" else [])
+    top = [(signals.AUTO, "not chosen")] + (
+        [("number", "one number for all contacts")] if role != "force" else []
+    )
     groups = [element("optgroup", options(pairs, value), label=label) for label, pairs in (
         ("Proposed", proposed), ("As in mapping.yaml", named),
         ("All signals", [p for p in others if p not in proposed]),
     ) if pairs]  # fmt: skip
     if chosen.number is not None:
         value = "number"
-    choice = element("select", options(top, value), *groups, id=role, name=role, aria_describedby=f"{role}-hint")
+    choice = element(
+        "select", options(top, value), *groups, id=role, name=role, aria_describedby=f"{role}-hint"
+    )
     units = list(signals.UNITS[kind])
     if chosen.unit not in units:
         units.append(chosen.unit)
@@ -154,7 +176,9 @@ def _role(role: str, content: dict[str, Any], offered: dict[str, Any], every: Se
     parts.append(
         element(
             "div",
-            void("input", type="checkbox", id=f"{role}-turned", name=f"{role}-turned", checked=chosen.scale < 0),
+            void(
+                "input", type="checkbox", id=f"{role}-turned", name=f"{role}-turned", checked=chosen.scale < 0
+            ),
             element("label", " Turn the sign", for_=f"{role}-turned"),
             class_="field check",
         )
@@ -163,7 +187,15 @@ def _role(role: str, content: dict[str, Any], offered: dict[str, Any], every: Se
         unit = "m/s" if role == "speed" else "N"
         parts.append(field(f"Or a number, {unit}", number(f"{role}-number", chosen.number), f"{role}-number"))
     parts.append(element("p", HINTS[role], class_="muted hint", id=f"{role}-hint"))
-    parts.append(button("Preview", type="button", class_="quietly", data_preview=role, aria_label=f"Preview of {WORDS[role]}"))
+    parts.append(
+        button(
+            "Preview",
+            type="button",
+            class_="quietly",
+            data_preview=role,
+            aria_label=f"Preview of {WORDS[role]}",
+        )
+    )
     return element("fieldset", *parts)
 
 
@@ -194,10 +226,13 @@ def _tree(offered: dict[str, Any]) -> Html:
                                  _buttons(which, channel["name"], None)))  # fmt: skip
             continue
         leaves = (
-            element("li", element("span", f, class_="leaf"), _buttons(which, channel["name"], f)) for f in fields
+            element("li", element("span", f, class_="leaf"), _buttons(which, channel["name"], f))
+            for f in fields
         )
         summary = element("summary", channel["name"], about)
-        items.append(element("li", element("details", summary, element("ul", *leaves), open=len(fields) < 12)))
+        items.append(
+            element("li", element("details", summary, element("ul", *leaves), open=len(fields) < 12))
+        )
     return element("ul", *items, class_="tree") if items else note("Nothing that can be read.")
 
 
@@ -205,17 +240,38 @@ def _buttons(which: str, name: str, field_name: str | None) -> Html:
     label = _called(name, field_name)
     value = signals.value_of(name, field_name)
     taken = [
-        button(word, type="button", class_="quietly", data_take=role, data_signal=value, aria_label=f"{label} is the {word}")
+        button(
+            word,
+            type="button",
+            class_="quietly",
+            data_take=role,
+            data_signal=value,
+            aria_label=f"{label} is the {word}",
+        )
         for role, word in (("force", "force"), ("speed", "speed"), ("pretension", "pretension"))
     ]
-    look_at = button("look", type="button", class_="quietly", data_look=value, data_which=which, aria_label=f"Preview of {label}")
+    look_at = button(
+        "look",
+        type="button",
+        class_="quietly",
+        data_look=value,
+        data_which=which,
+        aria_label=f"Preview of {label}",
+    )
     return element("span", look_at, *taken, class_="acts")
 
 
 def _preview(session: Session) -> Html:
     layout = {"xaxis": axis("time / s"), "yaxis": axis("")}
     figure = plot("preview", "Preview", "", [Variant("", [])], layout, 260)
-    said = element("p", "Choose ‘look’ beside a signal.", id="preview-said", role="status", aria_live="polite", class_="muted")
+    said = element(
+        "p",
+        "Choose ‘look’ beside a signal.",
+        id="preview-said",
+        role="status",
+        aria_live="polite",
+        class_="muted",
+    )
     return element("div", said, figure, id="preview-box", data_preview=f"{session.url}/preview")
 
 
@@ -225,15 +281,24 @@ def _other(session: Session) -> Html:
         "details",
         element("summary", "The robot's signals are in another recording"),
         element("p", "Its clock is brought to that of the force where that is possible."),
-        element("p", element("a", "Choose it on this machine", href=f"/browse/0/?session={session.place}/{session.name}")),
+        element(
+            "p",
+            element(
+                "a", "Choose it on this machine", href=f"/browse/0/?session={session.place}/{session.name}"
+            ),
+        ),
         form(f"{session.url}/without-robot", button("Take it out")) if session.about.robot else None,
     )
 
 
 def _no_recording(session: Session) -> Html:
     if session.is_imported:
-        return note("This session holds a data set and no recording; go on with the rig, or with the diagnosis.")
-    return note("This session has no recording yet. Describe the rig and plan trials; drop a recording on the first page.")
+        return note(
+            "This session holds a data set and no recording; go on with the rig, or with the diagnosis."
+        )
+    return note(
+        "This session has no recording yet. Describe the rig and plan trials; drop a recording on the first page."
+    )
 
 
 def _size(session: Session) -> str:
@@ -249,5 +314,3 @@ def _size(session: Session) -> str:
 
 def _called(name: str, field_name: str | None) -> str:
     return f"{name}:{field_name}" if field_name else name
-
-

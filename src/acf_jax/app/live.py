@@ -1,0 +1,133 @@
+"""Answers of a diagnosis' model that follow a slider: peak and band over velocity, by one compiled program.
+
+The law itself answers: the closed form, the simulation of the corrected model, or the surrogate where one was trained.
+"""
+
+import threading
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.stats import norm
+
+from acf_jax.api.model import Model
+from acf_jax.api.source import source_of
+from acf_jax.contact.body import WALL
+from acf_jax.contact.model import ContactModel, spread
+from acf_jax.errors import InputError
+from acf_jax.report.plot import series
+
+POINTS = 61  # of the curve
+KEPT = 8  # models that stay loaded
+FASTEST = 2.0  # m/s, beyond the tried range that a slider reaches, as a factor
+PROBABILITY = 0.975
+
+_LOCK = threading.Lock()
+_MODELS: dict[tuple[str, int], Model] = {}
+
+
+class Asked(NamedTuple):
+    """Where the sliders are."""
+
+    v_e: float  # m/s
+    f_p: float  # N
+    stiffness: float  # of the contact, over that which was fitted
+    limit: float  # N
+
+
+def model_of(folder: Path, learnt: Path) -> Model:
+    """The model of a diagnosis, by its surrogate where one was trained on it; loaded once for each content.
+
+    **Raises:** `InputError` where a file is damaged, or no answer may be given.
+    """
+    path = (
+        learnt
+        if learnt.is_file() and learnt.stat().st_mtime > (folder / "model.json").stat().st_mtime
+        else folder
+    )
+    file = path if path.is_file() else folder / "model.json"
+    key = (str(file), file.stat().st_mtime_ns)
+    with _LOCK:
+        if key not in _MODELS:
+            while len(_MODELS) >= KEPT:
+                _MODELS.pop(next(iter(_MODELS)))
+            _MODELS[key] = Model(source_of(path))
+        return _MODELS[key]
+
+
+def spans(model: Model) -> dict[str, tuple[float, float, float]]:
+    """Least, largest and first value of each slider: the tried range and somewhat beyond, or a surrogate's range."""
+    exact = model.source.exact
+    tried = exact.tried
+    (v_low, v_high), (f_low, f_high) = (tried.v_e, tried.f_p) if tried else ((0.02, 0.5), (20.0, 200.0))
+    stiffness = (0.5, 2.0, 1.0)
+    v_span, f_span = (0.0, 1.5 * v_high), (0.5 * f_low, 1.5 * f_high)
+    if (trained := model.source.trained) is not None:
+        v_span, f_span = trained.domain.span("v_e") or v_span, trained.domain.span("f_p") or f_span
+        k_c, k = trained.domain.span("k_c"), float(exact.main.theta[3])
+        stiffness = (k_c[0] / k, k_c[1] / k, 1.0) if k_c else (1.0, 1.0, 1.0)
+    return {
+        "v_e": (*v_span, float(np.clip(0.5 * (v_low + v_high), *v_span))),
+        "f_p": (*f_span, float(np.clip(0.5 * (f_low + f_high), *f_span))),
+        "stiffness": stiffness,
+        "limit": (10.0, 1000.0, 140.0),
+    }
+
+
+def curve(model: Model, asked: Asked) -> dict[str, Any]:
+    """Expected peak force over velocity, what is not exceeded with a probability of 97.5 %, and the point."""
+    law = model.source.model
+    low, high, _ = spans(model)["v_e"]
+    v_e = np.linspace(max(low, 1e-3), high, POINTS)
+    z = np.tile(law.at(asked.v_e, asked.f_p), (POINTS + 1, 1))
+    z[:-1, -2], z[:, 3] = v_e, z[:, 3] * asked.stiffness
+    force, std, exists = map(np.asarray, _many(law, jnp.asarray(z)))
+    force = np.where(exists, force, np.nan)
+    factor = float(norm.ppf(PROBABILITY))
+    upper, under = force + factor * std, force - factor * std
+    within = np.flatnonzero(~(upper[:-1] <= asked.limit))
+    end = int(within[0]) if within.size else POINTS
+    allowed = None
+    if end == POINTS:
+        allowed = float(v_e[-1])
+    elif end:
+        allowed = float(np.interp(asked.limit, upper[end - 1 : end + 1], v_e[end - 1 : end + 1]))
+    return {
+        "v_e": series(v_e),
+        "force": series(force[:-1]),
+        "upper": series(upper[:-1]),
+        "lower": series(under[:-1]),
+        "at": {"force": _told(force[-1]), "std": _told(std[-1]), "upper": _told(upper[-1])},
+        "allowed": allowed,
+        "all_allowed": end == POINTS,
+        "notes": law.notes(z[-1]),
+    }
+
+
+@eqx.filter_jit
+def _many(model: ContactModel, z: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+    peak, about = jax.vmap(lambda one: spread(model, one, WALL))(z)
+    return peak.force, about.std, peak.exists
+
+
+def asked_of(fields: dict[str, str], model: Model) -> Asked:
+    """Where the sliders are; `InputError` for what no slider can be at."""
+    faults, values = [], {}
+    for name, (low, high, _) in spans(model).items():
+        try:
+            values[name] = float(fields[name])
+        except (LookupError, ValueError):
+            faults.append(f"{name}: is no number; move the slider")
+            continue
+        if not low - 1e-9 <= values[name] <= high + 1e-9:
+            faults.append(f"{name}: must lie between {low:g} and {high:g}; move the slider")
+    if faults:
+        raise InputError(faults)
+    return Asked(**values)
+
+
+def _told(value: np.ndarray) -> float | None:
+    return float(value) if np.isfinite(value) else None
