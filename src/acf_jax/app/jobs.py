@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import IO, Any, Literal
 
 from acf_jax.app.stages import left_after
 from acf_jax.app.work import CODE, OUTPUT, PROGRESS
@@ -29,6 +29,7 @@ Kind = Literal["import", "diagnose", "plan", "train", "export"]
 State = Literal["running", "done", "failed", "stopped", "interrupted"]
 STOPPED = 130  # exit code of a command that Ctrl-C stopped
 PATIENCE = 5.0  # s, until a job that was asked to stop is killed
+ENDING = 10.0  # s, that a process may take to end once its command is done
 TOLD = 200  # lines of messages
 
 
@@ -80,10 +81,8 @@ def start(session: Path, kind: Kind, command: Sequence[str]) -> None:
     """
     (session / FOLDER).mkdir(exist_ok=True)
     with (session / FOLDER / LOCK).open("a") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise InputError("a job runs in this session already; wait for it, or cancel it") from None
+        if not _taken(lock, session):
+            raise InputError("a job runs in this session already; wait for it, or cancel it")
         folder = session / FOLDER / kind
         folder.mkdir(exist_ok=True)
         for name in (CODE, OUTPUT, PROGRESS):
@@ -103,6 +102,20 @@ def start(session: Path, kind: Kind, command: Sequence[str]) -> None:
         write_text(folder / ABOUT, json.dumps(about | {"pid": process.pid}))
         write_text(session / FOLDER / ABOUT, json.dumps({"kind": kind}))
     threading.Thread(target=process.wait, daemon=True).start()
+
+
+def _taken(lock: IO[str], session: Path) -> bool:
+    """Whether the lock could be had; a job that has just ended, or who only looks, holds it for a moment longer."""
+    end = time.monotonic() + ENDING
+    while True:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except OSError:
+            running = last(session)
+            if (running is not None and running.is_running) or time.monotonic() > end:
+                return False
+        time.sleep(0.02)
 
 
 def last(session: Path) -> Job | None:

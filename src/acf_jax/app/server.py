@@ -18,7 +18,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from acf_jax.app import commands, fleets, jobs, live, printing, sessions, signals, uploads
+from acf_jax.app import commands, fleets, jobs, printing, sessions, signals, uploads
 from acf_jax.app.pages import cutting, diagnosing, home, opening, planning, rig, using
 from acf_jax.app.pages import fleet as fleet_page
 from acf_jax.app.pages.layout import faults_box, page
@@ -405,6 +405,8 @@ async def _events(request: Request) -> Response:
 
 
 def _curve(request: Request) -> Response:
+    from acf_jax.app import live
+
     model = using.model_of(_session(request))
     return JSONResponse(live.curve(model, live.asked_of(dict(request.query_params), model)))
 

@@ -23,6 +23,7 @@ def bars(diagnosis: Diagnosis) -> Html | None:
         "orientation": "h",
         "y": [headed(part_of(p)) for p in parts],
         "x": series(shares),
+        "ids": [p.name for p in parts],  # a click on a cause switches it in the figure of causes
         "marker": {"color": "--bar"},
         "error_x": {
             "type": "data",

@@ -39,13 +39,26 @@ function draw(plot) {
   const style = getComputedStyle(document.documentElement);
   const config = { responsive: true, displaylogo: false, displayModeBar: isTouched.matches ? false : "hover" };
   const layout = layoutOf({ ...figure.layout, ...shown.layout });
-  return Plotly.react(plot, coloured(shown.data, style), coloured(layout, style), config);
+  return Plotly.react(plot, coloured(switched(plot, shown.data), style), coloured(layout, style), config);
+}
+
+/** The traces of a figure with those shown that its switches ask for. */
+function switched(plot, traces) {
+  const boxes = [...document.querySelectorAll(`[data-switch="${plot.id}"]`)];
+  if (!boxes.length) return traces;
+  const on = boxes.filter((box) => box.checked).map((box) => box.dataset.cause);
+  const isShown = ({ causes, cause }) => (causes ? causes.join() === on.join() : on.includes(cause));
+  return traces.map((trace) => (trace.meta ? { ...trace, visible: isShown(trace.meta) } : trace));
 }
 
 const plots = [...document.querySelectorAll(".plot")];
 const drawAll = () => Promise.all(plots.map(draw));
 for (const choice of document.querySelectorAll("select[data-plot]")) {
   choice.addEventListener("change", () => draw(document.getElementById(choice.dataset.plot)));
+}
+
+for (const box of document.querySelectorAll("[data-switch]")) {
+  box.addEventListener("change", () => draw(document.getElementById(box.dataset.switch)));
 }
 
 /** Numbers by value, texts by the alphabet, what is not there last. */
@@ -66,7 +79,16 @@ for (const table of document.querySelectorAll("table.sortable")) {
 }
 prefersDark.addEventListener("change", drawAll);
 isNarrow.addEventListener("change", drawAll);
-drawAll().then(() => { document.documentElement.dataset.drawn = "true"; });
+drawAll().then(() => {
+  document.getElementById("made-of-bars")?.on("plotly_click", ({ points: [point] }) => {
+    const box = document.getElementById(`cause-${point.id}`);
+    if (!box) return; // what no cause of the library explains
+    box.checked = !box.checked;
+    box.dispatchEvent(new Event("change"));
+    box.scrollIntoView({ block: "center" });
+  });
+  document.documentElement.dataset.drawn = "true";
+});
 
 /** In a frame of `acf-jax app` a page has no frame of its own to scroll: it tells its height. */
 if (window.parent !== window) {

@@ -10,6 +10,7 @@ from acf_jax.files import write_text
 from acf_jax.folders import whole_folder
 from acf_jax.provenance import Origin
 from acf_jax.report import (
+    causes,
     composition,
     design,
     discrepancy,
@@ -53,7 +54,7 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any], orig
     parts = [
         part(
             "made-of", "Made of", "What the gap is made of", composition.in_words(d), composition.bars(d),
-            composition.figures(d),
+            composition.figures(d), causes.switched(d),
         ),
         part("before-after", "Before, after", "Before and after", traces.overlay(d, look), motion.robot_motion(d)),
         part("where", "Where", "Where the gap lies", where.in_words(d), where.gap_map(d), where.components(d)),

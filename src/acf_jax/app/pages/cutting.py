@@ -27,6 +27,13 @@ def cutting(session: Session, faults: Sequence[str] = ()) -> Response:
         body.append(job_panel(session, job))
     elif found:
         body += [faults_box(found, "No data set came of it"), _remedies(session, found)]
+    if session.is_imported and not busy:
+        following = ("rig", "Describe the rig") if not session.has(RIG) else ("diagnose", "Diagnose")
+        body.append(
+            element(
+                "p", element("a", following[1], href=f"{session.url}/{following[0]}", class_="button first")
+            )
+        )
     if shown and not busy:
         frame = embedded(f"{session.url}/file/{DATA}/{shown}", "Cuts")
         body.append(
@@ -50,13 +57,6 @@ def cutting(session: Session, faults: Sequence[str] = ()) -> Response:
                 element("p", "cuts.yaml decides about these contacts."),
                 button("Forget what was decided, and cut anew"),
                 class_="after",
-            )
-        )
-    if session.is_imported and not busy:
-        following = ("rig", "Describe the rig") if not session.has(RIG) else ("diagnose", "Diagnose")
-        body.append(
-            element(
-                "p", element("a", following[1], href=f"{session.url}/{following[0]}", class_="button first")
             )
         )
     return page("Cut", *body, session=session, step="cut", scripts=("cut.js",))

@@ -3,6 +3,7 @@
 import csv
 import json
 from collections.abc import Sequence
+from itertools import pairwise
 
 from starlette.responses import Response
 
@@ -47,12 +48,9 @@ def diagnosing(session: Session, faults: Sequence[str] = ()) -> Response:
     if busy is None and session.has(DIAGNOSIS, "report.html"):
         if _is_older(session):
             body.append(note("The data set is younger than this diagnosis: diagnose again.", mood="open"))
+        onward = element("a", "Use the corrected model", href=f"{session.url}/use", class_="button first")
+        body.append(element("p", onward))
         body.append(embedded(f"{session.url}/file/{DIAGNOSIS}/report.html", "Report"))
-        body.append(
-            element(
-                "p", element("a", "Use the corrected model", href=f"{session.url}/use", class_="button first")
-            )
-        )
     elif session.is_imported and (busy or not session.is_diagnosed):
         body.append(_data(session))
     return page("Diagnose", *body, session=session, step="diagnose")
@@ -69,7 +67,7 @@ def without_of(session: Session) -> list[str]:
     """The causes that the last diagnosis was told cannot be."""
     job = jobs.job(session.folder, "diagnose")
     command = job.command if job else ()
-    return [name for option, name in zip(command, command[1:], strict=False) if option == "--without"]
+    return [name for option, name in pairwise(command) if option == "--without"]
 
 
 def _start(session: Session) -> Html:

@@ -146,7 +146,7 @@ def slider(name: str, label: str, low: float, high: float, step: float, value: f
             type="number",
             id=f"{name}-number",
             value=f"{value:g}",
-            aria_label=f"{label}, {unit}",
+            aria_label=f"{label}, {unit}" if unit else label,
             **span,
         ),
         element("span", unit, class_="unit"),

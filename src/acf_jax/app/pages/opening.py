@@ -133,7 +133,7 @@ def _form(session: Session, content: dict[str, Any], offered: dict[str, Any]) ->
         *rows,
         zero,
         _times(content, offered),
-        button("Find the contacts", class_="first"),
+        button("Find the contacts", class_="first", disabled=running(session) is not None),
         id="signals",
     )
 

@@ -20,11 +20,11 @@ from acf_jax.report.words import headed, listed, name_of
 SLIDERS = {
     "slowest": ("Slowest contact velocity", 0.01, 0.5, 0.01, 0.05, "m/s"),
     "fastest": ("Fastest contact velocity", 0.02, 1.0, 0.01, 0.35, "m/s"),
-    "speeds": ("Number of velocities", 1, 8, 1, 4, "velocities"),
+    "speeds": ("Number of velocities", 1, 8, 1, 4, ""),
     "least": ("Least pretension", 0, 300, 5, 50, "N"),
     "most": ("Largest pretension", 0, 500, 5, 90, "N"),
-    "pretensions": ("Number of pretensions", 1, 6, 1, 2, "pretensions"),
-    "repeats": ("Repeats of each", 1, 6, 1, 2, "repeats"),
+    "pretensions": ("Number of pretensions", 1, 6, 1, 2, ""),
+    "repeats": ("Repeats of each", 1, 6, 1, 2, ""),
     "rate": ("Sampling rate of the force", 1000, 20000, 500, 8000, "Hz"),
     "noise": ("Noise of one sample", 0.1, 10, 0.1, 1.0, "N"),
 }
@@ -41,10 +41,20 @@ def planning(
     has_rig = session.has(RIG) or session.has(DATA, "dataset.yaml")
     sliders = [slider(name, s[0], *s[1:4], values[name], s[5]) for name, s in SLIDERS.items()]  # type: ignore[arg-type]
     buttons: list[Html] = [
-        button("What would these trials show?", class_="first", name="of", value="sliders")
+        button(
+            "What would these trials show?",
+            class_="first",
+            name="of",
+            value="sliders",
+            disabled=busy is not None,
+        )
     ]
     if session.is_imported:
-        buttons.append(button("What can this session's trials tell?", name="of", value="trials"))
+        buttons.append(
+            button(
+                "What can this session's trials tell?", name="of", value="trials", disabled=busy is not None
+            )
+        )
     failed = [line.removeprefix("error: ") for line in job.messages] if job and job.state == "failed" else []
     return page(
         "Plan",
@@ -118,7 +128,7 @@ def _answer(job: jobs.Job) -> Html:
     try:
         content: dict[str, Any] = json.loads(job.output.read_text("utf-8"))
         rows = [_row(effect) for effect in content["effects"]]
-        caption = f"At {content['sample_rate_hz']:g} Hz with a noise of {content['noise_n']:g} N; the effects that show best come first"
+        caption = f"At {content['sample_rate_hz']:g} Hz with a noise of {content['noise_n']:g} N"
     except (OSError, ValueError, LookupError, TypeError):
         return note("The answer is damaged; ask again.", mood="bad")
     head = ("Effect", "Smallest size that would show", "Typical size", "Not told apart from")

@@ -111,7 +111,7 @@ def rig(session: Session, faults: Sequence[str] = (), entered: Mapping[str, str]
             hidden("version", session.version(RIG)),
             element("div", *rows, class_="beside"),
             noise,
-            button("Save the rig", class_="first"),
+            button("Save the rig", class_="first", disabled=running(session) is not None),
         ),
         note("Saved as rig.yaml, which every command takes by --rig.") if session.has(RIG) else None,
         session=session,
