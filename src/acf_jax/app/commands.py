@@ -7,7 +7,7 @@ from pathlib import Path
 from acf_jax.app.sessions import CUTS, DATA, DIAGNOSIS, MAPPING, PLAN, RIG, SURROGATE, Session
 from acf_jax.errors import InputError
 
-CONDITIONS, DESCRIPTION = f"{PLAN}/trials.csv", f"{PLAN}/dataset.yaml"
+CONDITIONS, DESCRIPTION, SLIDERS = f"{PLAN}/trials.csv", f"{PLAN}/dataset.yaml", f"{PLAN}/sliders.json"
 LEARNT, HEADER, ONNX = f"{SURROGATE}/model.eqx", f"{SURROGATE}/peak.h", f"{SURROGATE}/peak.onnx"
 
 

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import IO, Any, Literal, get_args
 
 from acf_jax.app.stages import left_after
 from acf_jax.app.work import CODE, OUTPUT, PROGRESS
@@ -25,7 +25,8 @@ from acf_jax.files import MAX_BYTES, write_text
 from acf_jax.progress_lines import ASKED
 
 FOLDER, LOCK, ABOUT = ".app", "lock", "job.json"
-Kind = Literal["import", "diagnose", "plan", "train", "export"]
+Kind = Literal["plan", "import", "diagnose", "train", "export"]
+KINDS: tuple[Kind, ...] = get_args(Kind)  # in the order of the steps
 State = Literal["running", "done", "failed", "stopped", "interrupted"]
 STOPPED = 130  # exit code of a command that Ctrl-C stopped
 PATIENCE = 5.0  # s, until a job that was asked to stop is killed
@@ -120,8 +121,9 @@ def _taken(lock: IO[str], session: Path) -> bool:
 
 def last(session: Path) -> Job | None:
     """The job that began last in a session."""
-    about = _read(session / FOLDER / ABOUT)
-    return job(session, about["kind"]) if about and about.get("kind") in Kind.__args__ else None  # type: ignore[attr-defined]
+    about = _read(session / FOLDER / ABOUT) or {}
+    kind = next((kind for kind in KINDS if kind == about.get("kind")), None)
+    return None if kind is None else job(session, kind)
 
 
 def job(session: Path, kind: Kind) -> Job | None:

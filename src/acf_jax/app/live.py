@@ -22,7 +22,7 @@ from acf_jax.report.plot import series
 
 POINTS = 61  # of the curve
 KEPT = 8  # models that stay loaded
-FASTEST = 2.0  # m/s, beyond the tried range that a slider reaches, as a factor
+BEYOND = 1.5  # of the highest that was tried, that a slider reaches
 PROBABILITY = 0.975
 
 _LOCK = threading.Lock()
@@ -64,7 +64,7 @@ def spans(model: Model) -> dict[str, tuple[float, float, float]]:
     tried = exact.tried
     (v_low, v_high), (f_low, f_high) = (tried.v_e, tried.f_p) if tried else ((0.02, 0.5), (20.0, 200.0))
     stiffness = (0.5, 2.0, 1.0)
-    v_span, f_span = (0.0, 1.5 * v_high), (0.5 * f_low, 1.5 * f_high)
+    v_span, f_span = (0.5 * v_low, BEYOND * v_high), (0.5 * f_low, BEYOND * f_high)
     if (trained := model.source.trained) is not None:
         v_span, f_span = trained.domain.span("v_e") or v_span, trained.domain.span("f_p") or f_span
         k_c, k = trained.domain.span("k_c"), float(exact.main.theta[3])
@@ -88,13 +88,12 @@ def curve(model: Model, asked: Asked) -> dict[str, Any]:
     force = np.where(exists, force, np.nan)
     factor = float(norm.ppf(PROBABILITY))
     upper, under = force + factor * std, force - factor * std
-    within = np.flatnonzero(~(upper[:-1] <= asked.limit))
-    end = int(within[0]) if within.size else POINTS
-    allowed = None
-    if end == POINTS:
-        allowed = float(v_e[-1])
-    elif end:
-        allowed = float(np.interp(asked.limit, upper[end - 1 : end + 1], v_e[end - 1 : end + 1]))
+    told = np.flatnonzero(exists[:-1])  # almost at rest a force has no first peak
+    beyond = told[upper[told] > asked.limit]
+    allowed = float(v_e[-1]) if not beyond.size else None
+    if beyond.size and beyond[0] > told[0]:
+        ends = slice(beyond[0] - 1, beyond[0] + 1)
+        allowed = float(np.interp(asked.limit, upper[ends], v_e[ends]))
     return {
         "v_e": series(v_e),
         "force": series(force[:-1]),
@@ -102,7 +101,7 @@ def curve(model: Model, asked: Asked) -> dict[str, Any]:
         "lower": series(under[:-1]),
         "at": {"force": _told(force[-1]), "std": _told(std[-1]), "upper": _told(upper[-1])},
         "allowed": allowed,
-        "all_allowed": end == POINTS,
+        "all_allowed": not beyond.size,
         "notes": law.notes(z[-1]),
     }
 

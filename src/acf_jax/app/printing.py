@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from acf_jax.errors import InputError
@@ -28,12 +29,10 @@ def pdf_of(page: Path) -> bytes:
         ]  # fmt: skip
         if os.geteuid() == 0:
             command.insert(1, "--no-sandbox")  # Chromium has none for root
-        try:
+        with suppress(OSError, subprocess.TimeoutExpired):
             subprocess.run(
                 command, capture_output=True, timeout=PATIENCE_S, check=False, stdin=subprocess.DEVNULL
             )
-        except (OSError, subprocess.TimeoutExpired):
-            pass
         if not out.is_file():
             raise InputError(
                 f"{program} did not print the report; open the report and print it to a PDF instead"

@@ -35,7 +35,7 @@ def serve(folders: list[Path], port: int, shows: bool, say: Callable[[str], obje
         token = new_token()
         config = uvicorn.Config(
             make_app(folders, token, port),
-            log_level="critical",
+            log_level="error",
             access_log=False,
             server_header=False,
             proxy_headers=False,

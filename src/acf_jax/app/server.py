@@ -42,7 +42,7 @@ def make_app(folders: list[Path], token: str, port: int) -> Starlette:
     app = Starlette(
         routes=_routes(),
         middleware=[Middleware(Guard, token=token, port=port)],
-        exception_handlers={InputError: _faulty, HTTPException: _missing},  # type: ignore[dict-item]
+        exception_handlers={InputError: _faulty, HTTPException: _missing, OSError: _unreadable},
     )
     app.state.places = Places(real)
     return app
@@ -54,44 +54,42 @@ def new_token() -> str:
 
 
 def _routes() -> list[Route]:
-    at = "/s/{place:int}/{name}"
-    get, post = {"methods": ["GET"]}, {"methods": ["POST"]}
     steps = {
         "open": opening.opening, "cut": cutting.cutting, "rig": rig.rig, "plan": planning.planning,
         "diagnose": diagnosing.diagnosing, "use": using.using,
     }  # fmt: skip
+    of_session: dict[str, Callable[[Request], Response]] = {
+        **{step: _show(shown) for step, shown in steps.items()},
+        "preview": _preview, "curve": _curve, "file/{path:path}": _file, "report.pdf": _pdf, "script.{kind}": _script,
+    }  # fmt: skip
+    changes: dict[str, Callable[[Request, Form], Response]] = {
+        "signals": _signals, "rescale": _rescale, "without-robot": _without_robot, "cuts": _cuts,
+        "forget-cuts": _forget_cuts, "rig": _rig, "plan": _plan, "diagnose": _diagnose, "train": _train,
+        "export": _export, "ask/{question}": _ask, "cancel": _cancel,
+    }  # fmt: skip
+    at = "/s/{place:int}/{name}"
     return [
-        Route("/", _plain(lambda request: home.home(_places(request))), **get),
-        Route("/static/{file}", _static, **get),
-        Route("/browse/{place:int}/{path:path}", _plain(_browse), **get),
+        _get("/", lambda request: home.home(_places(request))),
+        Route("/static/{file}", _static, methods=["GET"]),
+        _get("/browse/{place:int}/{path:path}", _browse),
         Route("/upload", _upload, methods=["PUT"]),
-        Route("/new", _posted(_new), **post),
-        Route("/open", _posted(_open), **post),
-        Route(
-            "/fleet", _plain(lambda r: fleet_page.fleet(_places(r), r.query_params.get("shown", ""))), **get
-        ),
-        Route("/fleet", _posted(_compare), **post),
-        Route("/fleet/{label}/{path:path}", _plain(_fleet_file), **get),
-        *(Route(f"{at}/{step}", _plain(_show(shown)), **get) for step, shown in steps.items()),
-        Route(f"{at}/events", _events, **get),
-        Route(f"{at}/preview", _plain(_preview), **get),
-        Route(f"{at}/curve", _plain(_curve), **get),
-        Route(f"{at}/file/{{path:path}}", _plain(_file), **get),
-        Route(f"{at}/report.pdf", _plain(_pdf), **get),
-        Route(f"{at}/script.{{kind}}", _plain(_script), **get),
-        Route(f"{at}/signals", _posted(_signals), **post),
-        Route(f"{at}/rescale", _posted(_rescale), **post),
-        Route(f"{at}/without-robot", _posted(_without_robot), **post),
-        Route(f"{at}/cuts", _posted(_cuts), **post),
-        Route(f"{at}/forget-cuts", _posted(_forget_cuts), **post),
-        Route(f"{at}/rig", _posted(_rig), **post),
-        Route(f"{at}/plan", _posted(_plan), **post),
-        Route(f"{at}/diagnose", _posted(_diagnose), **post),
-        Route(f"{at}/train", _posted(_train), **post),
-        Route(f"{at}/export", _posted(_export), **post),
-        Route(f"{at}/ask/{{question}}", _posted(_ask), **post),
-        Route(f"{at}/cancel", _posted(_cancel), **post),
+        _post("/new", _new),
+        _post("/open", _open),
+        _get("/fleet", lambda r: fleet_page.fleet(_places(r), r.query_params.get("shown", ""))),
+        _post("/fleet", _compare),
+        _get("/fleet/{label}/{path:path}", _fleet_file),
+        Route(f"{at}/events", _events, methods=["GET"]),
+        *(_get(f"{at}/{name}", answer) for name, answer in of_session.items()),
+        *(_post(f"{at}/{name}", answer) for name, answer in changes.items()),
     ]
+
+
+def _get(path: str, answer: Callable[[Request], Response]) -> Route:
+    return Route(path, _plain(answer), methods=["GET"])
+
+
+def _post(path: str, answer: Callable[[Request, Form], Response]) -> Route:
+    return Route(path, _posted(answer), methods=["POST"])
 
 
 # How a request reaches a function, and how its faults reach the user.
@@ -168,6 +166,12 @@ async def _missing(request: Request, error: Exception) -> Response:
     if _wants_json(request):
         return JSONResponse({"faults": [error.detail]}, error.status_code)
     return page("Not here", faults_box([error.detail], "What is wrong"), status=error.status_code)
+
+
+async def _unreadable(request: Request, error: Exception) -> Response:
+    assert isinstance(error, OSError)
+    what = f"{error.filename or 'a file'}: {error.strerror or error}; check path, permissions and disk"
+    return await _faulty(request, InputError(what))
 
 
 def _wants_json(request: Request) -> bool:
@@ -311,8 +315,8 @@ def _without_robot(request: Request, fields: Form) -> Response:
 def _cuts(request: Request, fields: Form) -> Response:
     session = _session(request)
     content = getattr(request.state, "json", None)
-    text = cutting.review_of(session, content)
-    session.write(CUTS, text, str(content.get("version", "")))
+    sent = content if isinstance(content, dict) else {}
+    session.write(CUTS, cutting.review_of(session, sent.get("cuts")), str(sent.get("version", "")))
     jobs.start(session.folder, "import", commands.import_command(session))
     return JSONResponse({"next": f"{session.url}/cut"})
 
@@ -361,6 +365,7 @@ def _plan(request: Request, fields: Form) -> Response:
         return planning.planning(session, faults, given)
     write_text(session.folder / commands.DESCRIPTION, description)
     write_text(session.folder / commands.CONDITIONS, text)
+    write_text(session.folder / commands.SLIDERS, json.dumps(values))
     jobs.start(session.folder, "plan", commands.plan_command(values["rate"], values["noise"]))
     return _to(session, "plan")
 
@@ -458,7 +463,7 @@ def _pdf(request: Request) -> Response:
 def _script(request: Request) -> Response:
     session, kind = _session(request), request.path_params["kind"]
     if kind == "sh":
-        done = [jobs.job(session.folder, kind) for kind in ("plan", "import", "diagnose", "train", "export")]  # type: ignore[arg-type]
+        done = [jobs.job(session.folder, kind) for kind in jobs.KINDS]
         text = commands.shell_script(session, [job.command for job in done if job and job.state == "done"])
     elif kind == "py":
         text = commands.python_script(session, diagnosing.without_of(session), using.question_of(session))

@@ -38,7 +38,8 @@ async def receive(pieces: AsyncIterator[bytes], target: Path, most: int = LARGES
                 size += len(piece)
                 if size > most:
                     raise InputError(
-                        f"{target.name}: is larger than {most / 1e9:g} GB; open it in place: start the app with its folder"
+                        f"{target.name}: is larger than {most / 1e9:g} GB; start the app with its folder, and open"
+                        " it in place"
                     )
                 file.write(piece)
         os.chmod(name, 0o644)

@@ -95,6 +95,11 @@ def _trial(d: Diagnosis, i: int, causes: Explanation, forces: dict[Explanation, 
             }
         )
     marker = {"color": "--measured", "size": 5 if time.size < 150 else 3}
-    measured = {"x": series(1e3 * time, 4), "y": series(o.force[i, o.used[i]]), "mode": "markers", "marker": marker}
+    measured = {
+        "x": series(1e3 * time, 4),
+        "y": series(o.force[i, o.used[i]]),
+        "mode": "markers",
+        "marker": marker,
+    }
     traces.append({**measured, "name": "measured", "legendrank": 1})
     return Variant(f"{o.names[i]}: {condition(o.v_e[i], o.f_p[i])}", traces)

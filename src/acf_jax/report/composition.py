@@ -45,7 +45,7 @@ def bars(diagnosis: Diagnosis) -> Html | None:
         " leaves beyond scatter; no model can predict the scatter between trials."
     )
     return plot(
-        "made-of", "Share of each part", caption, [Variant("", [data])], layout, 110 + 34 * len(parts)
+        "made-of-bars", "Share of each part", caption, [Variant("", [data])], layout, 110 + 34 * len(parts)
     )
 
 

@@ -39,8 +39,8 @@ def void(tag: str, **attributes: object) -> Html:
 
 
 def join(parts: Iterable[object]) -> Html:
-    """Parts one behind the other."""
-    return Html("".join(escape(part) for part in parts))
+    """Parts one behind the other; None stands for a part that is not there."""
+    return Html("".join(escape(part) for part in parts if part is not None))
 
 
 def bullets(items: Iterable[object]) -> Html:

@@ -10,7 +10,7 @@ from acf_jax.app.pages.layout import button, embedded, faults_box, form, hidden,
 from acf_jax.app.pages.opening import WORDS, offers
 from acf_jax.app.sessions import CUTS, DATA, MAPPING, RIG, Session
 from acf_jax.forms import check_form
-from acf_jax.recording.review import AUTO, Entry, Review, review_text
+from acf_jax.recording.review import AUTO, SCHEMA, Entry, Review, review_text
 from acf_jax.report.markup import Html, element, join
 
 PAGE, REFUSED = "import.html", "import_refused.html"
@@ -62,13 +62,11 @@ def cutting(session: Session, faults: Sequence[str] = ()) -> Response:
     return page("Cut", *body, session=session, step="cut", scripts=("cut.js",))
 
 
-def review_of(session: Session, content: Any) -> str:
+def review_of(session: Session, cuts: Any) -> str:
     """cuts.yaml of what the page sends; `InputError` where it is none."""
     recording = session.recording()
     name = recording.name if recording else ""
-    cuts = content.get("cuts") if isinstance(content, dict) else None
-    form_ = {"schema": "acf-import-cuts/1", "recording": name, "cuts": cuts}
-    review = check_form(Review, form_, CUTS)
+    review = check_form(Review, {"schema": SCHEMA, "recording": name, "cuts": cuts}, CUTS)
     return review_text(name, [(Entry.model_validate(_as_written(entry)), "") for entry in review.cuts])
 
 

@@ -97,7 +97,13 @@ def _start(session: Session) -> Html:
     )
     word = "Diagnose again" if session.is_diagnosed else "Diagnose"
     told = element("p", "Takes up to a minute or two. It goes on when this page is closed.", class_="muted")
-    return form(f"{session.url}/diagnose", causes, hidden("sent", 1), button(word, class_="first"), told)
+    return form(
+        f"{session.url}/diagnose",
+        causes,
+        hidden("sent", 1),
+        button(word, class_=None if session.is_diagnosed else "first"),
+        told,
+    )
 
 
 def _data(session: Session) -> Html:

@@ -6,8 +6,8 @@ from urllib.parse import quote
 from starlette.responses import Response
 
 from acf_jax.app import fleets, sessions
-from acf_jax.app.pages.layout import button, embedded, faults_box, form, note, page
 from acf_jax.app.pages.diagnosing import verdict_of
+from acf_jax.app.pages.layout import button, embedded, faults_box, form, note, page
 from acf_jax.app.security import Places
 from acf_jax.report.markup import Html, element, void
 from acf_jax.report.words import VERDICTS

@@ -2,11 +2,13 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from starlette.responses import Response
 
 from acf_jax.app import jobs
+from acf_jax.app.commands import SLIDERS as KEPT
 from acf_jax.app.pages.layout import button, faults_box, form, job_panel, note, page, running, slider
 from acf_jax.app.sessions import DATA, RIG, Session
 from acf_jax.dataset.description import SCHEMA
@@ -29,6 +31,7 @@ SLIDERS = {
     "noise": ("Noise of one sample", 0.1, 10, 0.1, 1.0, "N"),
 }
 MOST = 200  # trials
+DETECTED = 3  # standard deviations at which an effect counts as detected, as in `smallest_detectable`
 
 
 def planning(
@@ -37,9 +40,9 @@ def planning(
     """The page."""
     job = jobs.job(session.folder, "plan")
     busy = running(session)
-    values = _values(job, entered)
+    values = _values(session, entered)
     has_rig = session.has(RIG) or session.has(DATA, "dataset.yaml")
-    sliders = [slider(name, s[0], *s[1:4], values[name], s[5]) for name, s in SLIDERS.items()]  # type: ignore[arg-type]
+    sliders = [slider(name, s[0], *s[1:4], values[name], s[5]) for name, s in SLIDERS.items()]
     buttons: list[Html] = [
         button(
             "What would these trials show?",
@@ -56,19 +59,20 @@ def planning(
             )
         )
     failed = [line.removeprefix("error: ") for line in job.messages] if job and job.state == "failed" else []
+    first = element("a", "Describe the rig", href=f"{session.url}/rig")
+    count = element("p", id="plan-count", role="status", aria_live="polite")
     return page(
         "Plan",
         job_panel(session, busy),
         faults_box([*faults, *failed]),
-        None if has_rig else note(element("a", "Describe the rig", href=f"{session.url}/rig"), " first: what a trial shows depends on it."),
-        form(f"{session.url}/plan", *sliders, element("p", id="plan-count", role="status", aria_live="polite"),
-             element("div", *buttons, class_="row"), id="plan"),
+        None if has_rig else note(first, " first: what a trial shows depends on it."),
+        form(f"{session.url}/plan", *sliders, count, element("div", *buttons, class_="row"), id="plan"),
         _answer(job) if job and job.state == "done" else None,
         session=session,
         step="plan",
         scripts=("plan.js",),
         status=400 if faults else 200,
-    )  # fmt: skip
+    )
 
 
 def trials(fields: Mapping[str, str]) -> tuple[str, dict[str, float]]:
@@ -113,13 +117,18 @@ def description(session: Session) -> str:
     return yaml_text({"schema": SCHEMA, "description": "planned trials"} | kept)
 
 
-def _values(job: jobs.Job | None, entered: Mapping[str, str] | None) -> dict[str, float]:
-    """What the sliders show: what was entered, else what they begin with."""
+def _values(session: Session, entered: Mapping[str, str] | None) -> dict[str, float]:
+    """Where the sliders stand: as entered, else as they were last time, else as they begin."""
+    known: Mapping[str, Any] = entered or {}
+    if entered is None:
+        with suppress(OSError, ValueError):
+            content = json.loads((session.folder / KEPT).read_text("utf-8"))
+            known = content if isinstance(content, dict) else {}
     values = {}
     for name, (_, low, high, _, first, _) in SLIDERS.items():
         try:
-            values[name] = min(max(float((entered or {})[name]), low), high)
-        except (LookupError, ValueError):
+            values[name] = min(max(float(known[name]), low), high)
+        except (LookupError, TypeError, ValueError):
             values[name] = float(first)
     return values
 
@@ -138,13 +147,12 @@ def _answer(job: jobs.Job) -> Html:
 
 def _row(effect: Mapping[str, Any]) -> tuple[object, ...]:
     smallest = effect["smallest_detectable"]
+    unit = "" if effect["unit"] == "1" else f" {effect['unit']}"
     size: object = (
-        element("span", "not at all", class_="bad")
-        if smallest is None
-        else f"{float(smallest):.3g} {effect['unit']}"
+        element("span", "not at all", class_="bad") if smallest is None else f"{float(smallest):.3g}{unit}"
     )
     distance = effect["distance_at_typical_size"]
-    shows = "shows" if distance is not None and float(distance) > 3 else "would hardly show"
+    shows = "shows" if distance is not None and float(distance) > DETECTED else "would hardly show"
     twins = (
         listed([headed(name_of((name,))) for name in effect["confused_with"]])
         if effect["confused_with"]

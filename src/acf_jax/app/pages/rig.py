@@ -207,7 +207,7 @@ def _known(session: Session) -> dict[str, str]:
     found = read_rig_file(path) if path.exists() else earlier_rig(data) if data.exists() else None
     if found is None:
         return {}
-    fields = {}
+    fields: dict[str, str] = {}
     for name, constant in CONSTANTS.items():
         unit, scale = SHOWN[name], constant.units[SHOWN[name]]
         prior = getattr(found.prior, name)

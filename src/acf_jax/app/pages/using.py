@@ -39,11 +39,8 @@ CONTACTS = (("quasi_static", "clamped (quasi-static)"), ("transient", "free to r
 def using(session: Session, faults: Sequence[str] = ()) -> Response:
     """The page."""
     busy = running(session)
-    last = [
-        job
-        for kind in ("train", "export")
-        if (job := jobs.job(session.folder, kind)) and job.state == "failed"
-    ]  # type: ignore[arg-type]
+    ended = (jobs.job(session.folder, "train"), jobs.job(session.folder, "export"))
+    last = [job for job in ended if job and job.state == "failed"]
     told = [line.removeprefix("error: ") for job in last for line in job.messages]
     body: list[object] = [faults_box([*faults, *told]), job_panel(session, busy)]
     if not session.is_diagnosed:
@@ -144,8 +141,8 @@ def _sliders(session: Session) -> Html:
         "xaxis": axis("contact velocity / m/s"),
         "yaxis": axis("peak contact force / N", rangemode="tozero"),
     }
-    figure = plot("peak", "Peak contact force", "The band holds 95 % by parameters, explanations and the form of the law."
-                  " Below the dashed limit a peak is allowed.", [Variant("", [])], layout, 360)  # fmt: skip
+    caption = "The band holds 95 %: parameters, explanations and the form of the law. Dashed: the limit."
+    figure = plot("peak", "Peak contact force", caption, [Variant("", [])], layout, 360)
     source = model.source
     who = (
         "the surrogate that was trained on it" if source.trained else "the simulation of the corrected model"
@@ -205,8 +202,9 @@ def _questions(session: Session) -> Html:
             ),
             question(
                 "check", "Contact with a person",
-                choice("check", "area", "Body area (ISO/TS 15066)", areas), entry("check", "v", "Velocity, m/s", v_high),
-                entry("check", "f_p", "Pretension, N", f_high), choice("check", "contact", "The body is", CONTACTS),
+                choice("check", "area", "Body area (ISO/TS 15066)", areas),
+                entry("check", "v", "Velocity, m/s", v_high), entry("check", "f_p", "Pretension, N", f_high),
+                choice("check", "contact", "The body is", CONTACTS),
                 entry("check", "stop", "Robot stopped after, s", 0.05),
             ),
         ]
