@@ -22,6 +22,7 @@ from acf_jax.app.stages import left_after
 from acf_jax.app.work import CODE, OUTPUT, PROGRESS
 from acf_jax.errors import InputError
 from acf_jax.files import MAX_BYTES, write_text
+from acf_jax.forms import Part, validated
 from acf_jax.progress_lines import ASKED
 
 FOLDER, LOCK, ABOUT = ".app", "lock", "job.json"
@@ -32,6 +33,15 @@ STOPPED = 130  # exit code of a command that Ctrl-C stopped
 PATIENCE = 5.0  # s, until a job that was asked to stop is killed
 ENDING = 10.0  # s, that a process may take to end once its command is done
 TOLD = 200  # lines of messages
+
+
+class _About(Part):
+    """job.json of a kind."""
+
+    kind: Kind
+    command: tuple[str, ...]
+    started: float  # s since the epoch
+    pid: int | None = None
 
 
 @dataclass(frozen=True)
@@ -129,7 +139,7 @@ def last(session: Path) -> Job | None:
 def job(session: Path, kind: Kind) -> Job | None:
     """The last job of a kind; None where there was none."""
     folder = session / FOLDER / kind
-    about = _read(folder / ABOUT)
+    about = _about(folder)
     if about is None:
         return None
     is_held = _is_held(session) and (_read(session / FOLDER / ABOUT) or {}).get("kind") == kind
@@ -140,7 +150,7 @@ def job(session: Path, kind: Kind) -> Job | None:
     stages: list[tuple[str, float]] = []
     messages: list[str] = []
     done, total = 0, 0
-    begun = float(about.get("started", 0.0))
+    begun = about.started
     for line in _lines(folder / PROGRESS):
         step = _step(line)
         if step is None:
@@ -151,7 +161,7 @@ def job(session: Path, kind: Kind) -> Job | None:
             stages.append((name, at - begun))
     return Job(
         kind=kind,
-        command=tuple(map(str, about.get("command", ()))),
+        command=about.command,
         state=state,
         started=begun,
         ended=ended,
@@ -165,11 +175,11 @@ def job(session: Path, kind: Kind) -> Job | None:
 
 def cancel(session: Path) -> None:
     """Stop the running job as Ctrl-C would; where it does not listen, end it."""
-    about = _read(session / FOLDER / ABOUT)
-    own = _read(session / FOLDER / str(about["kind"]) / ABOUT) if about else None
-    if own is None or not isinstance(own.get("pid"), int) or not _is_held(session):
+    job = last(session)
+    own = _about(session / FOLDER / job.kind) if job and job.is_running else None
+    if own is None or own.pid is None:
         return
-    pid: int = own["pid"]
+    pid = own.pid
     with suppress(ProcessLookupError):
         os.kill(pid, signal.SIGINT)
 
@@ -195,6 +205,14 @@ def _is_held(session: Path) -> bool:
         return False
     except OSError:
         return True
+
+
+def _about(folder: Path) -> _About | None:
+    """What is known of the job in its folder; None where the file is missing or damaged."""
+    try:
+        return validated(_About, _read(folder / ABOUT))
+    except ValueError:
+        return None
 
 
 def _read(path: Path) -> dict[str, Any] | None:

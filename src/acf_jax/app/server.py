@@ -26,7 +26,7 @@ from acf_jax.app.security import SANDBOX, Guard, Places
 from acf_jax.app.sessions import CUTS, DATA, DIAGNOSIS, MAPPING, RIG, Session
 from acf_jax.documents import parse_json
 from acf_jax.errors import InputError
-from acf_jax.files import write_bytes, write_text
+from acf_jax.files import inside, write_bytes, write_text
 
 LARGEST_FORM = 4_000_000  # bytes
 WATCHED_S = 0.25  # between two looks at a job
@@ -434,9 +434,11 @@ def _export(request: Request, fields: Form) -> Response:
 
 def _file(request: Request) -> Response:
     session, path = _session(request), request.path_params["path"]
-    if path.partition("/")[0] not in REACHED:
+    top, _, rest = path.partition("/")
+    if top not in REACHED:
         raise HTTPException(404, "no such file in this session")
-    return _served(_places(request).check(session.folder / path), "download" in request.query_params)
+    found = _places(request).check(inside(session.folder / top, rest))
+    return _served(found, "download" in request.query_params)
 
 
 def _served(path: Path, is_saved: bool) -> Response:

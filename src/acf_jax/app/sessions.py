@@ -92,6 +92,21 @@ class Session:
     def is_diagnosed(self) -> bool:
         return self.has(DIAGNOSIS, "diagnosis.json") and self.has(DIAGNOSIS, "model.json")
 
+    @property
+    def has_rig(self) -> bool:
+        """Whether the rig is described: in rig.yaml, or in a data set whose template is filled in."""
+        from acf_jax.recording.rig import earlier_rig
+
+        if self.has(RIG):
+            return True
+        try:
+            return (
+                self.has(DATA, "dataset.yaml")
+                and earlier_rig(self.folder / DATA / "dataset.yaml") is not None
+            )
+        except InputError:
+            return False  # the form begins anew
+
     def version(self, name: str) -> str:
         """What tells one content of a file from another."""
         path = self.folder / name

@@ -139,7 +139,7 @@ def remedies(faults: Sequence[str], content: Mapping[str, Any], offered: Mapping
     found = []
     for fault in faults:
         factors = {match["factor"] for match in _REMEDY.finditer(fault)}
-        roles = [role for role in ROLES if (name := _name(content, role, offered)) and name in fault]
+        roles = [role for role in ROLES if (name := _name(content, role, offered)) and _names(fault, name)]
         if len(factors) == 1 and len(roles) == 1:
             found.append(Remedy(roles[0], float(factors.pop()), fault))
     return found
@@ -206,6 +206,11 @@ def _candidate(offered: Mapping[str, Any], role: str) -> dict[str, Any] | None:
     """The only candidate, which is taken where nothing is named."""
     found = (offered.get("candidates") or {}).get(_key(role)) or []
     return found[0] if len(found) == 1 else None
+
+
+def _names(fault: str, name: str) -> bool:
+    """Whether a message names a signal, and no other whose name holds this one."""
+    return re.search(rf"(?<![\w/]){re.escape(name)}(?![\w/])", fault) is not None
 
 
 def _name(content: Mapping[str, Any], role: str, offered: Mapping[str, Any]) -> str | None:

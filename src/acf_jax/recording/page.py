@@ -254,7 +254,7 @@ def cuts_table(impacts: Impacts, is_editable: bool = False) -> Html:
                 join([kept, f": {'; '.join(cut.remarks)}" if cut.remarks else ""]),
             )
         )
-    head = ("Cut", "First contact", "Measured velocity", "Pretension", "Condition", "Peak", "")
+    head = ("Cut", "First contact", "Measured velocity", "Pretension", "Condition", "Peak", "Data set")
     return table("As found in the recording; ± is one standard deviation", head, rows)
 
 

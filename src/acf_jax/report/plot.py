@@ -75,7 +75,7 @@ def plot(
         "div",
         id=name,
         class_="plot",
-        role="img",
+        role="group",  # Plotly puts buttons into it
         aria_label=title,
         style=f"height:{height}px",
         data_first=first,

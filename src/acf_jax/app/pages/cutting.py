@@ -8,7 +8,7 @@ from starlette.responses import Response
 from acf_jax.app import jobs, signals
 from acf_jax.app.pages.layout import button, embedded, faults_box, form, hidden, job_panel, note, page
 from acf_jax.app.pages.opening import WORDS, offers
-from acf_jax.app.sessions import CUTS, DATA, MAPPING, RIG, Session
+from acf_jax.app.sessions import CUTS, DATA, MAPPING, Session
 from acf_jax.forms import check_form
 from acf_jax.recording.review import AUTO, SCHEMA, Entry, Review, review_text
 from acf_jax.report.markup import Html, element, join
@@ -28,7 +28,7 @@ def cutting(session: Session, faults: Sequence[str] = ()) -> Response:
     elif found:
         body += [faults_box(found, "No data set came of it"), _remedies(session, found)]
     if session.is_imported and not busy:
-        following = ("rig", "Describe the rig") if not session.has(RIG) else ("diagnose", "Diagnose")
+        following = ("rig", "Describe the rig") if not session.has_rig else ("diagnose", "Diagnose")
         body.append(
             element(
                 "p", element("a", following[1], href=f"{session.url}/{following[0]}", class_="button first")

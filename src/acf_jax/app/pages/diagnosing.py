@@ -19,7 +19,7 @@ from acf_jax.app.pages.layout import (
     page,
     running,
 )
-from acf_jax.app.sessions import DATA, DIAGNOSIS, RIG, Session
+from acf_jax.app.sessions import DATA, DIAGNOSIS, Session
 from acf_jax.report.markup import Html, element, table, void
 from acf_jax.report.plot import Variant, axis, plot, series
 from acf_jax.report.words import condition, headed
@@ -36,7 +36,7 @@ def diagnosing(session: Session, faults: Sequence[str] = ()) -> Response:
         body.append(
             note("No data set yet: ", element("a", "cut a recording", href=f"{session.url}/cut"), " first.")
         )
-    elif not session.has(RIG) and _lacks_rig(session):
+    elif not session.has_rig:
         body.append(
             note(
                 element("a", "Describe the rig", href=f"{session.url}/rig"),
@@ -155,17 +155,6 @@ def _trace(session: Session, row: dict[str, str]) -> dict[str, object] | None:
     return {"type": "scatter", "mode": "lines", "x": series(1e3 * values[::step, 0], 5), "y": series(values[::step, 1]),
             "name": headed(row["trial"]), "line": {"width": 1, "color": "--recalibrated"}, "opacity": 0.7,
             "hoverinfo": "skip"}  # fmt: skip
-
-
-def _lacks_rig(session: Session) -> bool:
-    """Whether the data set's rig is still the template that is to be filled in."""
-    from acf_jax.errors import InputError
-    from acf_jax.recording.rig import earlier_rig
-
-    try:
-        return earlier_rig(session.folder / DATA / "dataset.yaml") is None
-    except InputError:
-        return False
 
 
 def _is_older(session: Session) -> bool:

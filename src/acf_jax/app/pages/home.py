@@ -11,6 +11,7 @@ from acf_jax.app import sessions, uploads
 from acf_jax.app.pages.layout import button, field, form, hidden, note, page
 from acf_jax.app.security import Places
 from acf_jax.errors import InputError
+from acf_jax.recording.readers import readers
 from acf_jax.report.markup import Html, element, escape, join, table, void
 from acf_jax.report.words import VERDICTS
 
@@ -110,7 +111,7 @@ def browse(places: Places, place: int, relative: str, session: str = "") -> Resp
         element("p", element("code", str(folder))),
         element("p", above) if relative else None,
         element("p", "Other folders: ", *_between(others)) if others else None,
-        table("What lies here", ("Name", "Size", ""), rows) if rows else note("This folder is empty."),
+        table("What lies here", ("Name", "Size", "Action"), rows) if rows else note("This folder is empty."),
         more,
     )
 
@@ -121,9 +122,8 @@ def _between(links: list[Html]) -> list[object]:
 
 def _opens(place: int, path: str, entry: Path, session: str) -> Html:
     """The button, for whatever may be a recording or a data set."""
-    is_bag = entry.is_dir() and any(any(entry.glob(p)) for p in ("metadata.yaml", "*.mcap", "*.db3"))
     is_set = entry.is_dir() and (entry / "dataset.yaml").is_file()
-    if not (entry.is_file() or is_bag or is_set):
+    if not is_set and not any(reader.recognises(entry) for reader in readers()):
         return Html("")
     word = "Open data set" if is_set else "Open"
     label = element("span", f" {entry.name}", class_="quiet")
@@ -151,7 +151,7 @@ def _next(session: sessions.Session) -> str:
     if session.is_diagnosed:
         return "diagnose"
     if session.is_imported:
-        return "cut" if not session.has(sessions.RIG) else "diagnose"
+        return "diagnose" if session.has_rig else "cut"
     return "open"
 
 

@@ -246,7 +246,7 @@ def _buttons(which: str, name: str, field_name: str | None) -> Html:
             class_="quietly",
             data_take=role,
             data_signal=value,
-            aria_label=f"{label} is the {word}",
+            aria_label=f"{word}: take {label}",
         )
         for role, word in (("force", "force"), ("speed", "speed"), ("pretension", "pretension"))
     ]
@@ -256,7 +256,7 @@ def _buttons(which: str, name: str, field_name: str | None) -> Html:
         class_="quietly",
         data_look=value,
         data_which=which,
-        aria_label=f"Preview of {label}",
+        aria_label=f"look at {label}",
     )
     return element("span", look_at, *taken, class_="acts")
 

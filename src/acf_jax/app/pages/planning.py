@@ -41,7 +41,6 @@ def planning(
     job = jobs.job(session.folder, "plan")
     busy = running(session)
     values = _values(session, entered)
-    has_rig = session.has(RIG) or session.has(DATA, "dataset.yaml")
     sliders = [slider(name, s[0], *s[1:4], values[name], s[5]) for name, s in SLIDERS.items()]
     buttons: list[Html] = [
         button(
@@ -65,7 +64,7 @@ def planning(
         "Plan",
         job_panel(session, busy),
         faults_box([*faults, *failed]),
-        None if has_rig else note(first, " first: what a trial shows depends on it."),
+        None if session.has_rig else note(first, " first: what a trial shows depends on it."),
         form(f"{session.url}/plan", *sliders, count, element("div", *buttons, class_="row"), id="plan"),
         _answer(job) if job and job.state == "done" else None,
         session=session,
