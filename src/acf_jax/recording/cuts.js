@@ -90,10 +90,11 @@ function listen() {
     const name = plot.layout.shapes[i].name, from = starts(plot)[i];
     move(name, seconds * (event[key] - from));
     plot.dataset.starts = JSON.stringify(plot.layout.shapes.map((shape) => shape.x0));
+    Plotly.relayout(plot, { [`shapes[${i}].y0`]: 0, [`shapes[${i}].y1`]: 1 }); // it moves sideways alone
   };
   whole.on("plotly_relayout", dragged(whole, 1));
   one.on("plotly_relayout", dragged(one, 1e-3));
-  one.on("plotly_afterplot", () => { delete one.dataset.starts; });
+  document.getElementById("cut-choice")?.addEventListener("change", () => { delete one.dataset.starts; });
 }
 
 /** Where the shapes of a figure began before the drag that has just ended. */

@@ -110,8 +110,8 @@ def _decide(impacts: Impacts) -> Html:
         cuts.append({"trial": entry.trial, "contact_s": entry.contact_s, "keep": keep, "shown": cut.keep})
     content = json.dumps({"schema": SCHEMA, "recording": impacts.session.path.name, "cuts": cuts})
     how = (
-        "Click a mark to drop or keep a contact, or use the boxes of the table. Drag a band, or the upright line of one"
-        " cut, to move the contact, or type its time."
+        "Click a mark to drop or keep a contact, or use the boxes of the table. Drag an upright line to move a"
+        " contact, or type its time."
     )
     return join(
         [
@@ -150,17 +150,25 @@ def whole_recording(impacts: Impacts) -> Drawn:
         _span(
             1e-9 * (c.contact.begin - begin + int(c.time[0])),
             1e-9 * (c.contact.begin - begin + int(c.time[-1])),
-            c.trial,
         )
         for c in impacts.cuts
         if c.keep and c.time.size
     ]
+    handles = [
+        _handle(1e-9 * (c.contact.begin - begin), c.trial) for c in impacts.cuts if c.keep and c.time.size
+    ]
     caption = (
-        "Each mark is a contact, at its largest force; the shaded band is what was cut. The line runs through the least"
-        f" and the largest sample of {BUCKETS:,} equal parts. Drag to zoom, double-click to return."
+        "Each mark is a contact, at its largest force; the upright line is its first touch, the shaded band what was"
+        f" cut. The curve runs through the least and the largest sample of {BUCKETS:,} equal parts."
+        " Drag to zoom, double-click to return."
     )
     return plot(
-        "whole", "Force and robot over time", caption, [Variant("", shown, {"shapes": spans})], layout, 480
+        "whole",
+        "Force and robot over time",
+        caption,
+        [Variant("", shown, {"shapes": [*spans, *handles]})],
+        layout,
+        480,
     )
 
 
@@ -208,7 +216,7 @@ def _cut(cut: Cut) -> Variant:
         {"type": "line", "x0": 0, "x1": 0, "yref": "paper", "y0": 0, "y1": 1,
          "line": {"color": "--corrected", "width": 2}, "editable": True, "name": cut.trial},
         {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": offset, "y1": offset,
-         "line": {"color": "--muted", "dash": "dot", "width": 1}},
+         "line": {"color": "--muted", "dash": "dot", "width": 1}, "layer": "below"},
         {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": offset - noise, "y1": offset + noise,
          "fillcolor": "--band", "line": {"width": 0}, "layer": "below"},
     ]  # fmt: skip
@@ -345,9 +353,17 @@ def _marks(cuts: Sequence[Cut], begin: int, name: str, color: str, symbol: str) 
     }  # fmt: skip
 
 
-def _span(first: float, last: float, trial: str) -> dict[str, Any]:
+def _handle(contact: float, trial: str) -> dict[str, Any]:
+    """The line at a contact, which can be dragged."""
     return {
-        "type": "rect", "editable": True, "name": trial, "x0": first, "x1": last, "yref": "paper", "y0": 0, "y1": 1,
+        "type": "line", "editable": True, "name": trial, "x0": contact, "x1": contact, "yref": "paper",
+        "y0": 0, "y1": 1, "line": {"color": "--corrected", "width": 1},
+    }  # fmt: skip
+
+
+def _span(first: float, last: float) -> dict[str, Any]:
+    return {
+        "type": "rect", "x0": first, "x1": last, "yref": "paper", "y0": 0, "y1": 1,
         "fillcolor": "--band", "line": {"width": 0}, "layer": "below",
     }  # fmt: skip
 

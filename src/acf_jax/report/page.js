@@ -37,7 +37,8 @@ function draw(plot) {
   const choice = document.getElementById(`${plot.id}-choice`);
   const shown = figure.variants[choice ? choice.selectedIndex : Number(plot.dataset.first)];
   const style = getComputedStyle(document.documentElement);
-  const config = { responsive: true, displaylogo: false, displayModeBar: isTouched.matches ? false : "hover" };
+  const isMoved = (shown.layout?.shapes ?? []).some((shape) => shape.editable);
+  const config = { edits: { shapePosition: isMoved }, responsive: true, displaylogo: false, displayModeBar: isTouched.matches ? false : "hover" };
   const layout = layoutOf({ ...figure.layout, ...shown.layout });
   return Plotly.react(plot, coloured(switched(plot, shown.data), style), coloured(layout, style), config);
 }

@@ -1,0 +1,423 @@
+"""Every step clicked through in a real browser that reaches nothing but the app."""
+
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from needs import need_module
+from served import Served, served
+
+from tests.report.test_report_browser import DESKTOP, PHONE, browser
+
+__all__ = ["browser"]  # a fixture
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
+LOOKS = [("desktop", "light"), ("phone", "dark"), ("desktop", "dark"), ("phone", "light")]
+RIG = {
+    "m": ("1.74762", "0.0347509"), "d": ("72.004", "16.7033"), "k_f": ("3.96258", "1.43605"),
+    "k_c": ("112.184", "12.0283"),
+}  # fmt: skip
+PATIENCE = 90_000  # ms, of a step that computes
+
+
+class Looker:
+    """A page that notes what goes wrong, and every address that is asked for."""
+
+    def __init__(self, browser: Any, app: Served, size: str = "desktop", scheme: str = "light"):
+        phone = {"viewport": PHONE, "is_mobile": True, "has_touch": True}
+        self.context = browser.new_context(
+            color_scheme=scheme, **(phone if size == "phone" else {"viewport": DESKTOP})
+        )
+        self.app, self.page = app, self.context.new_page()
+        self.faults: list[str] = []
+        self.asked: list[str] = []
+        self.page.on("pageerror", lambda error: self.faults.append(str(error)))
+        self.page.on("console", lambda m: self.faults.append(m.text) if m.type == "error" else None)
+        self.context.on("request", lambda request: self.asked.append(request.url))
+        self.page.set_default_timeout(60_000)
+        self.page.goto(app.address)
+
+    def fits(self) -> bool:
+        """Nothing has to be scrolled sideways."""
+        return bool(self.page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"))
+
+    def done(self) -> None:
+        """Nothing went wrong, and nothing outside was asked for."""
+        self.context.close()
+        assert self.faults == []
+        away = [url for url in self.asked if not url.startswith((self.app.origin + "/", "data:", "blob:"))]
+        assert away == [] and self.asked
+
+
+def expect(of: Any) -> Any:
+    wait = need_module("playwright.sync_api").expect
+    wait.set_options(timeout=PATIENCE)
+    return wait(of)
+
+
+def cut_frame(page: Any) -> Any:
+    frame = page.frame_locator("iframe.embedded")
+    expect(frame.locator("html[data-drawn]")).to_be_attached()
+    return frame
+
+
+def fill_rig(page: Any) -> None:
+    for name, (value, std) in RIG.items():
+        page.fill(f"#{name}-value", value)
+        page.fill(f"#{name}-std", std)
+
+
+@pytest.fixture(scope="module")
+def ready(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """An app with a session that has a model to use; its diagnosis.json says only the verdict."""
+    home = tmp_path_factory.mktemp("ready")
+    shutil.copytree(EXAMPLES / "rig", home / "known/data")
+    (home / "known/diagnosis").mkdir()
+    shutil.copy(EXAMPLES / "rig_model.json", home / "known/diagnosis/model.json")
+    (home / "known/diagnosis/diagnosis.json").write_text(json.dumps({"verdict": "identified"}))
+    with served(home, EXAMPLES) as app:
+        yield app
+
+
+@pytest.mark.parametrize("size, scheme", LOOKS[:2])
+def test_a_wrong_sign_from_file_to_rig(
+    browser: Any, app: Served, wrong_sign: Path, size: str, scheme: str
+) -> None:
+    looker = Looker(browser, app, size, scheme)
+    page = looker.page
+    page.set_input_files("#files", wrong_sign)
+    page.wait_for_url("**/open")
+    page.click("[data-preview=force]")
+    said = page.locator("#preview-said")
+    expect(said).to_contain_text("samples")
+    assert float(re.search(r"; (-?[\d.]+) to", said.inner_text())[1]) < -50  # type: ignore[index]
+    assert looker.fits()
+    page.click("text=Find the contacts")
+    expect(page.get_by_text("is negative in contact").first).to_be_visible(timeout=PATIENCE)
+    page.click("text=Turn the sign of the force, and cut again")
+    frame = cut_frame(page)
+    expect(frame.locator(".verdict")).to_contain_text("All 8 contacts")
+    assert looker.fits()
+    page.click("text=Describe the rig")
+    fill_rig(page)
+    assert looker.fits()
+    page.click("text=Save the rig")
+    page.wait_for_url("**/cut")
+    expect(page.locator("a.first", has_text="Diagnose")).to_be_visible(timeout=PATIENCE)
+    page.goto(page.url.replace("/cut", "/open"))
+    assert page.is_checked("#force-turned")
+    looker.done()
+
+
+def test_cuts_are_dropped_by_a_click_moved_by_a_drag_and_saved(
+    browser: Any, app: Served, wrong_sign: Path
+) -> None:
+    name = f"sign {os.urandom(3).hex()}"
+    (app.home / name).mkdir()
+    recording = shutil.copy(wrong_sign, app.home / f"{name}.csv")
+    (app.home / name / "session.yaml").write_text(
+        f"schema: acf-session/1\nrecording: {json.dumps(str(recording))}\n"
+    )
+    (app.home / name / "mapping.yaml").write_text("force: -1*force_n\n")
+    looker = Looker(browser, app)
+    page = looker.page
+    page.set_viewport_size({"width": 1280, "height": 3600})  # the whole frame is drawn
+    page.goto(f"{app.origin}/s/0/{name}/open")
+    page.click("text=Find the contacts")
+    frame = cut_frame(page)
+    save = frame.locator("#save-cuts")
+    expect(save).to_be_disabled()
+    # all cuts lie over one another from contact, one line each
+    assert frame.locator("#all .scatterlayer .trace").count() == 8
+    # a click on the third mark drops it
+    frame.locator("#whole .scatterlayer .points path").nth(2).click(force=True)
+    expect(frame.locator("#cuts-said")).to_contain_text("t002: not kept")
+    # the upright line of the first cut is dragged to the right
+    line = frame.locator("#cut .shapelayer path[data-index='0']")
+    before = float(frame.locator("[data-contact=t000]").input_value())
+    box = line.bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 12, box["y"] + box["height"] / 2, steps=6)
+    page.mouse.up()
+    expect(frame.locator("#cuts-said")).to_contain_text("t000: kept, at")
+    moved = float(frame.locator("[data-contact=t000]").input_value())
+    assert 0.0 < moved - before < 0.01
+    # and the last is typed
+    frame.locator("[data-contact=t007]").fill(
+        f"{float(frame.locator('[data-contact=t007]').input_value()) + 1e-3:.6f}"
+    )
+    frame.locator("[data-contact=t007]").blur()
+    save.click()
+    expect(page.get_by_text("Forget what was decided")).to_be_visible(timeout=PATIENCE)
+    rows = (app.home / name / "data/trials.csv").read_text().splitlines()[1:]
+    contact = {row.split(",")[0]: float(row.split(",")[-1]) for row in rows}
+    assert "t002" not in contact and contact["t000"] == pytest.approx(moved, abs=2e-6)
+    assert "keep: false" in (app.home / name / "cuts.yaml").read_text()
+    looker.done()
+
+
+def test_a_page_of_the_command_saves_cuts_by_itself(
+    browser: Any, app: Served, wrong_sign: Path, tmp_path: Path
+) -> None:
+    """import.html from the disk, without the app: the button saves the same file."""
+    from click.testing import CliRunner
+
+    from acf_jax.cli.main import commands
+
+    arguments = ["import", str(wrong_sign), "--force", "-1*force_n", "--out", str(tmp_path / "set")]
+    assert CliRunner().invoke(commands, arguments).exit_code == 0
+    page = browser.new_page(viewport=DESKTOP)
+    page.goto((tmp_path / "set/import.html").as_uri())
+    page.locator("html[data-drawn]").wait_for(state="attached")
+    page.uncheck("[data-keep=t001]")
+    with page.expect_download(timeout=PATIENCE) as download:
+        page.click("#save-cuts")
+    download.value.save_as(tmp_path / "cuts.yaml")
+    page.close()
+    again = CliRunner().invoke(commands, [*arguments, "--review", str(tmp_path / "cuts.yaml")])
+    assert again.exit_code == 0 and again.output.startswith("8 contacts") and "7 kept" in again.output
+
+
+def test_the_keyboard_is_enough(browser: Any, app: Served, wrong_sign: Path) -> None:
+    looker = Looker(browser, app)
+    page = looker.page
+
+    def to(selector: str) -> None:
+        """Press Tab until the focus is there; it is always to be seen."""
+        for _ in range(200):
+            page.keyboard.press("Tab")
+            if page.evaluate("s => document.activeElement.matches(s)", selector):
+                outline = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+                assert outline != "none"
+                return
+        raise AssertionError(f"Tab does not lead to {selector}")
+
+    to(".skip")
+    to("#files")
+    with page.expect_file_chooser() as chooser:
+        page.keyboard.press("Space")
+    chooser.value.set_files(wrong_sign)
+    page.wait_for_url("**/open")
+    to("#force-unit")
+    to("#force-turned")
+    page.keyboard.press("Space")
+    to("form#signals button.first")
+    page.keyboard.press("Enter")
+    page.wait_for_url("**/cut")
+    frame = cut_frame(page)
+    to("a.button.first")
+    # into the page of the import: drop a cut, type where another begins, save
+    page.keyboard.press("Tab")
+    for _ in range(400):
+        page.keyboard.press("Tab")
+        if frame.locator("[data-contact=t003]:focus").count():
+            break
+    page.keyboard.press("ArrowUp")
+    expect(frame.locator("#cuts-said")).to_contain_text("t003")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Space")
+    expect(frame.locator("#cuts-said")).to_contain_text("t003: not kept")
+    for _ in range(400):
+        page.keyboard.press("Shift+Tab")
+        if frame.locator("#save-cuts:focus").count():
+            break
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("Forget what was decided")).to_be_visible(timeout=PATIENCE)
+    looker.done()
+
+
+@pytest.mark.parametrize("size, scheme", LOOKS[:2])
+def test_sliders_and_questions(browser: Any, ready: Served, size: str, scheme: str) -> None:
+    looker = Looker(browser, ready, size, scheme)
+    page = looker.page
+    page.goto(f"{ready.origin}/s/0/known/use")
+    said = page.locator("#peak-said")
+    expect(said).to_contain_text("±")
+    before = float(said.inner_text().split(" ")[0])
+    page.locator("#v_e").focus()
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    expect(said).not_to_contain_text(f"{before:.1f}")
+    assert float(said.inner_text().split(" ")[0]) > before
+    page.fill("#limit-number", "60")
+    expect(said).to_contain_text("within the limit")
+    page.fill("#speed-limit", "140")
+    page.fill("#speed-f_p", "60")
+    page.click("#ask-speed button")
+    expect(page.locator("#answer-speed")).to_contain_text("m/s")
+    page.fill("#speed-limit", "a lot")
+    page.click("#ask-speed button")
+    expect(page.locator("#answer-speed")).to_contain_text("Limit: 'a lot' is no number")
+    assert looker.fits()
+    looker.faults = [fault for fault in looker.faults if "400" not in fault]  # the refused question
+    looker.done()
+
+
+def test_a_recording_is_opened_in_place(browser: Any, ready: Served) -> None:
+    looker = Looker(browser, ready)
+    page = looker.page
+    page.click("text=Open a recording or a data set on this machine")
+    page.click(f"a:has-text('{EXAMPLES}')")
+    assert page.locator("button", has_text="session.mcap").count() == 1
+    assert page.locator("button", has_text="make_rig.py").count() == 0  # no recording
+    page.click("button:has-text('session.mcap')")
+    page.wait_for_url("**/open")
+    expect(page.locator("#force")).to_have_value(json.dumps(["/flange/wrench", "wrench.force.z"]))
+    assert page.locator(".tree .leaf").count() == 13
+    page.get_by_role("button", name="force: take /flange/wrench:wrench.force.x").click()
+    expect(page.locator("#force")).to_have_value(json.dumps(["/flange/wrench", "wrench.force.x"]))
+    expect(page.locator("#preview-said")).to_contain_text("26,800 samples")
+    assert not (ready.home / "session/recording").exists()
+    looker.done()
+
+
+def axe_source() -> str:
+    """axe-core as npm installs it: `npm install axe-core` in this folder, or AXE=path of axe.min.js."""
+    path = Path(os.environ.get("AXE") or ROOT / "node_modules/axe-core/axe.min.js")
+    if not path.is_file():
+        pytest.skip("needs axe-core: npm install axe-core, or AXE=PATH of its axe.min.js")
+    return path.read_text("utf-8")
+
+
+def findings(page: Any, source: str) -> list[str]:
+    """Serious and critical findings of axe on a page."""
+    page.evaluate(source)
+    run = "async () => (await axe.run(document, {iframes: false})).violations"
+    found = page.evaluate(run)
+    return [
+        f"{v['id']}: {v['nodes'][0]['html'][:200]}" for v in found if v["impact"] in ("serious", "critical")
+    ]
+
+
+@pytest.mark.parametrize("size, scheme", LOOKS)
+def test_axe_finds_nothing_serious(browser: Any, ready: Served, size: str, scheme: str) -> None:
+    source = axe_source()
+    looker = Looker(browser, ready, size, scheme)
+    ready.post("/open", {"place": "1", "path": "session.mcap"})
+    paths = ["/", "/browse/1/", "/fleet", "/s/0/session/open", "/s/0/session/cut", "/s/0/session/rig",
+             "/s/0/known/plan", "/s/0/known/diagnose", "/s/0/known/use", "/nothing"]  # fmt: skip
+    found = {}
+    for path in paths:
+        looker.page.goto(ready.origin + path)
+        looker.page.wait_for_load_state("networkidle") if "use" not in path else looker.page.wait_for_timeout(
+            0
+        )
+        if serious := findings(looker.page, source):
+            found[path] = serious
+    assert found == {}
+    looker.context.close()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("size, scheme", LOOKS[:2])
+def test_the_whole_job(browser: Any, tmp_path: Path, size: str, scheme: str) -> None:
+    """examples/session.mcap from the file to the fleet; axe looks at the pages that the commands write, too."""
+    with served(tmp_path) as app:
+        looker = Looker(browser, app, size, scheme)
+        page = looker.page
+        page.set_input_files("#files", EXAMPLES / "session.mcap")
+        page.wait_for_url("**/open")
+        page.click("text=Find the contacts")
+        cut_frame(page)
+        page.click("text=Describe the rig")
+        fill_rig(page)
+        page.click("text=Save the rig")
+        expect(page.locator("a.first", has_text="Diagnose")).to_be_visible(timeout=PATIENCE)
+        page.click("nav >> text=Plan")
+        page.click("text=What would these trials show?")
+        expect(page.locator("#answer")).to_be_visible(timeout=PATIENCE)
+        assert page.locator("tbody tr").count() >= 13 and looker.fits()
+        page.click("nav >> text=Diagnose")
+        page.click("main button.first")
+        expect(page.locator("#job-stages li").nth(1)).to_be_visible(timeout=PATIENCE)
+        page.reload()  # nothing is lost
+        expect(page.locator("#job-stages li").nth(1)).to_be_visible(timeout=PATIENCE)
+        other = looker.context.new_page()  # a second tab sees the same
+        other.goto(page.url)
+        expect(other.locator("#job")).to_be_visible()
+        other.close()
+        frame = page.frame_locator("iframe.embedded")
+        expect(frame.locator(".verdict")).to_contain_text("end stop")
+        expect(frame.locator("html[data-drawn]")).to_be_attached()
+        box = frame.locator("#cause-end_stop")
+        name = "() => document.getElementById('causes').data.find((t) => t.meta?.causes && t.visible).name"
+        handle = page.locator("iframe.embedded").element_handle().content_frame()
+        assert handle.evaluate(name) == "model with end stop"
+        box.uncheck()
+        assert handle.evaluate(name) == "model without causes"
+        click = "document.getElementById('made-of-bars').emit('plotly_click', {points: [{id: 'end_stop'}]})"
+        handle.evaluate(click)
+        expect(box).to_be_checked()
+        assert looker.fits()
+        page.click("text=Use the corrected model")
+        expect(page.locator("#peak-said")).to_contain_text("±")
+        for download in (
+            "Report, HTML",
+            "Report, PDF",
+            "Corrected model",
+            "the commands",
+            "the same in Python",
+        ):
+            with page.expect_download(timeout=PATIENCE) as saved:
+                page.click(f"text={download}")
+            assert Path(saved.value.path()).stat().st_size > 100
+        page.click("text=Train a surrogate")
+        expect(page.get_by_text("Surrogate, model.eqx")).to_be_visible(timeout=2 * PATIENCE)
+        page.click("text=Write C and ONNX")
+        expect(page.get_by_text("ONNX model")).to_be_visible(timeout=PATIENCE)
+        expect(page.locator("#peak-said")).to_contain_text("±")
+        page.goto(f"{app.origin}/fleet")
+        for _ in range(2):  # with an earlier one to compare with
+            page.click("main button.first")
+            page.wait_for_url("**shown=**")
+        expect(page.frame_locator("iframe.embedded").locator(".verdict")).to_contain_text(
+            "none of them changed"
+        )
+        if Path(os.environ.get("AXE") or ROOT / "node_modules/axe-core/axe.min.js").is_file():
+            for path in ("data/import.html", "diagnosis/report.html"):
+                page.goto(f"{app.origin}/s/0/session/file/{path}")
+                page.wait_for_timeout(0)
+                assert findings(page, axe_source()) == []
+        looker.done()
+
+
+@pytest.mark.long
+def test_a_diagnosis_outlives_a_server_that_is_killed(browser: Any, tmp_path: Path) -> None:
+    """kill -9 of the app: the job goes on, and the next app shows it."""
+    import signal
+    import subprocess
+    import sys
+
+    shutil.copytree(EXAMPLES / "rig", tmp_path / "rig/data")
+
+    def start() -> tuple[subprocess.Popen[str], str]:
+        command = [sys.executable, "-m", "acf_jax", "app", str(tmp_path), "--no-browser"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert process.stdout is not None
+        return process, process.stdout.readline().strip()
+
+    process, address = start()
+    page = browser.new_page()
+    page.goto(address)
+    page.goto(f"{address.partition('/?')[0]}/s/0/rig/diagnose")
+    page.click("main button.first")
+    expect(page.locator("#job-stages li").first).to_be_visible(timeout=PATIENCE)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    process, address = start()
+    try:
+        page.goto(address)
+        page.goto(f"{address.partition('/?')[0]}/s/0/rig/diagnose")
+        expect(page.locator("#job")).to_be_visible()
+        expect(page.locator("iframe.embedded")).to_be_visible(timeout=PATIENCE)
+    finally:
+        process.terminate()
+        process.wait()
+        page.close()
