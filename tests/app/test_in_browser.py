@@ -279,10 +279,10 @@ def test_a_recording_is_opened_in_place(browser: Any, ready: Served) -> None:
 
 
 def axe_source() -> str:
-    """axe-core as npm installs it: `npm install axe-core` in this folder, or AXE=path of axe.min.js."""
+    """axe-core as npm installs it: `npm install --no-save axe-core` in this folder, or AXE=path of axe.min.js."""
     path = Path(os.environ.get("AXE") or ROOT / "node_modules/axe-core/axe.min.js")
     if not path.is_file():
-        pytest.skip("needs axe-core: npm install axe-core, or AXE=PATH of its axe.min.js")
+        pytest.skip("needs axe-core: npm install --no-save axe-core, or AXE=PATH of its axe.min.js")
     return path.read_text("utf-8")
 
 

@@ -218,9 +218,9 @@ async def _upload(request: Request) -> Response:
     target = session.folder / sessions.UPLOADED / name
     try:
         await uploads.receive(request.stream(), target)
-    except InputError:
+    except BaseException:  # a browser that goes away among them
         if not given:
-            await run_in_threadpool(sessions.remove, session)
+            sessions.remove(session)
         raise
     await run_in_threadpool(_take_uploaded, session)
     return JSONResponse({"session": f"{session.place}/{session.name}", "next": f"{session.url}/open"})
@@ -229,7 +229,7 @@ async def _upload(request: Request) -> Response:
 def _given_or_new(request: Request, given: str, name: str) -> Session:
     if given:
         place, _, called = given.partition("/")
-        return sessions.find(_places(request), int(place) if place.isdigit() else -1, called)
+        return sessions.find(_places(request), int(place) if place.isdecimal() else -1, called)
     return sessions.create(_places(request), Path(name).stem)
 
 
@@ -257,7 +257,7 @@ def _open(request: Request, fields: Form) -> Response:
     """A recording, or a data set, on this machine; into a session as the robot's recording where one is named."""
     given = _one(fields)
     place = given.get("place", "")
-    path = _places(request).resolve(int(place) if place.isdigit() else -1, given.get("path", ""))
+    path = _places(request).resolve(int(place) if place.isdecimal() else -1, given.get("path", ""))
     if given.get("session"):
         session = _given_or_new(request, given["session"], "")
         session.describe(session.about.model_copy(update={"robot": str(path)}))
