@@ -67,7 +67,8 @@ def read(diagnosis: Diagnosis, folder: Path) -> Page:
 def test_holds_what_an_engineer_asks_for(diagnosed: Diagnosis, tmp_path: Path) -> None:
     page = read(diagnosed, tmp_path)
     titles = {
-        "made-of",
+        "made-of-bars",
+        "causes",
         "spectrum",
         "overlay",
         "map",
