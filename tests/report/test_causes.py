@@ -34,6 +34,8 @@ def test_each_curve_is_the_model_with_those_causes(diagnosed: Diagnosis) -> None
         np.testing.assert_allclose(of, on - off, atol=2e-2)
 
 
-def test_nothing_is_switched_where_no_cause_is_in_the_model(peaks_only: Diagnosis, unknown: Diagnosis) -> None:
+def test_nothing_is_switched_where_no_cause_is_in_the_model(
+    peaks_only: Diagnosis, unknown: Diagnosis
+) -> None:
     assert switched(peaks_only) is None  # no traces
     assert switched(unknown) is None  # a free curve
