@@ -366,7 +366,7 @@ def test_the_whole_job(browser: Any, tmp_path: Path, size: str, scheme: str) -> 
             "the same in Python",
         ):
             with page.expect_download(timeout=PATIENCE) as saved:
-                page.click(f"text={download}")
+                page.get_by_role("link", name=download).click()
             assert Path(saved.value.path()).stat().st_size > 100
         page.click("text=Train a surrogate")
         expect(page.get_by_text("Surrogate, model.eqx")).to_be_visible(timeout=2 * PATIENCE)

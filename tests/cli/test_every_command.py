@@ -32,6 +32,8 @@ def leaves(command: click.Command, *path: str) -> dict[tuple[str, ...], click.Co
 
 COMMANDS = leaves(commands)
 EVERY = pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+SERVES = ("app",)  # answers in a browser, until it is stopped: tests/app
+ANSWERING = pytest.mark.parametrize("path", [path for path in COMMANDS if path != SERVES], ids=" ".join)
 
 # Arguments with which each command answers quickly; a new command needs a line. FOLDER is the test's own.
 ANSWERS = {
@@ -104,7 +106,7 @@ def test_help_tells_arguments_and_examples(path, end):
     code, text, error = end(*path, "--help")
     assert code == 0 and not error
     assert text.startswith("Usage: python -m acf_jax ") and f"python -m acf_jax {path[0]} " in text
-    assert "--json" in text
+    assert ("--json" in text) == (path != SERVES)
 
 
 @EVERY
@@ -130,7 +132,7 @@ def test_files_that_do_not_exist_are_one_message(path, end, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@EVERY
+@ANSWERING
 def test_ctrl_c_leaves_nothing_half_written(path, end, monkeypatch, tmp_path):
     def stop() -> None:
         raise KeyboardInterrupt
@@ -148,7 +150,7 @@ def test_ctrl_c_leaves_nothing_half_written(path, end, monkeypatch, tmp_path):
     assert files(tmp_path) == before
 
 
-@EVERY
+@ANSWERING
 def test_a_device_that_jax_does_not_have_is_one_message(path, end, monkeypatch, tmp_path):
     def none() -> None:
         raise AssertionError  # as of JAX_PLATFORMS=cuda, where its plugin is not installed
@@ -173,7 +175,7 @@ def test_a_device_that_jax_does_not_have_is_one_message(path, end, monkeypatch, 
         assert error.count("error:") == 1
 
 
-@EVERY
+@ANSWERING
 def test_json_and_nothing_else_on_standard_output(path, end, monkeypatch, tmp_path):
     if path in (("blind",), ("blind", "score"), ("design",)):
         return  # tests/validation/blind/test_run.py, tests/cli/test_design_and_check.py
@@ -280,8 +282,8 @@ def test_peaks_are_on_the_terminal(end, tmp_path):
     (["diagnos"], "no such command 'diagnos'; did you mean 'diagnose'?"),
     (["Imprt", "x.csv"], "no such command 'Imprt'; did you mean 'import'?"),
     (["blind", "seel"], "no such command 'seel'; did you mean 'seal'?"),
-    (["frobnicate"], "no such command 'frobnicate'; known are blind, check, design, diagnose, export, fleet,"),
-    ([""], "no such command ''; known are blind,"),
+    (["frobnicate"], "no such command 'frobnicate'; known are app, blind, check, design, diagnose, export, fleet,"),
+    ([""], "no such command ''; known are app, blind,"),
 ])  # fmt: skip
 def test_a_misspelt_command_gets_a_suggestion(end, words, says):
     code, text, error = end(*words)
