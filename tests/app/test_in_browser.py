@@ -32,7 +32,9 @@ class Looker:
     def __init__(self, browser: Any, app: Served, size: str = "desktop", scheme: str = "light"):
         phone = {"viewport": PHONE, "is_mobile": True, "has_touch": True}
         self.context = browser.new_context(
-            color_scheme=scheme, **(phone if size == "phone" else {"viewport": DESKTOP})
+            reduced_motion="reduce",
+            color_scheme=scheme,
+            **(phone if size == "phone" else {"viewport": DESKTOP}),
         )
         self.app, self.page = app, self.context.new_page()
         self.faults: list[str] = []

@@ -110,12 +110,25 @@ def test_files_of_a_session_are_what_commands_wrote_and_nothing_else(app: Served
     (folder / "data/inside.json").write_text("{}")
     (tmp_path / "secret.txt").write_text("secret")
     (folder / "data/link.txt").symlink_to(tmp_path / "secret.txt")
-    (folder / "diagnosis").symlink_to(tmp_path)
     assert app.get(f"{url}/file/data/inside.json").text == "{}"
     for path in ("session.yaml", ".app/job.json", "data/../session.yaml", "data/%2e%2e/session.yaml", "data/link.txt",
-                 "diagnosis/secret.txt", "data/%2fetc%2fpasswd", "data"):  # fmt: skip
+                 "data/%2fetc%2fpasswd", "data"):  # fmt: skip
         answer = app.get(f"{url}/file/{path}")
         assert answer.status in (400, 404) and "secret" not in answer.text.replace("secret.txt", "")
+
+
+@pytest.mark.parametrize("part", [".app", "data", "diagnosis", "plan", "surrogate", "rig.yaml", "recording"])
+def test_a_session_with_a_link_that_leads_out_is_refused(app: Served, tmp_path: Path, part: str) -> None:
+    url = made(app, f"linked {part.strip('.')}")
+    folder = app.home / f"linked {part.strip('.')}"
+    (folder / part).symlink_to(tmp_path)
+    for answer in (
+        app.get(f"{url}/open"),
+        app.post(f"{url}/diagnose"),
+        app.post(f"{url}/plan", {"of": "trials"}),
+    ):
+        assert answer.status == 400 and "outside the folders" in answer.text
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_session_file_that_names_a_recording_elsewhere_is_refused(app: Served, tmp_path: Path) -> None:

@@ -35,6 +35,7 @@ from acf_jax.forms import Part, check_form
 ABOUT, MAPPING, CUTS, RIG = "session.yaml", "mapping.yaml", "cuts.yaml", "rig.yaml"
 DATA, DIAGNOSIS, PLAN, SURROGATE, UPLOADED = "data", "diagnosis", "plan", "surrogate", "recording"
 NAME = re.compile(r"[^\W_][\w.+ -]{0,79}")
+PARTS = (FOLDER, ABOUT, UPLOADED, MAPPING, CUTS, RIG, DATA, DIAGNOSIS, PLAN, SURROGATE)
 NEW = "none"  # version of a file that is not there
 
 
@@ -142,12 +143,14 @@ def is_session(folder: Path) -> bool:
 
 
 def find(places: Places, place: int, name: str) -> Session:
-    """The session of that name; `InputError` where there is none."""
+    """The session of that name; `InputError` where there is none, and where a link in it leads out of the folders."""
     if not NAME.fullmatch(name):
         raise InputError(f"session {shown(name)}: no such name; go back to all sessions")
     folder = places.resolve(place, name)
     if not folder.is_dir() or not is_session(folder):
         raise InputError(f"session {shown(name)}: is not in {places.folders[place]}; go back to all sessions")
+    for part in PARTS:
+        places.check(folder / part)  # a link may have come with a folder of others
     return Session(place, name, folder, places)
 
 
