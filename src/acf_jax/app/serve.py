@@ -11,6 +11,7 @@ from acf_jax.app.server import make_app, new_token
 from acf_jax.errors import InputError
 
 HOST = "127.0.0.1"
+WAITING = 64  # requests that wait until the server takes them
 CLOSING_S = 1  # that open answers, such as the progress of a job, get when the server ends
 
 
@@ -25,6 +26,7 @@ def serve(folders: list[Path], port: int, shows: bool, say: Callable[[str], obje
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((HOST, port))
+        listening.listen(WAITING)  # a browser that is quicker than the server waits
     except OSError as error:
         listening.close()
         raise InputError(
