@@ -394,7 +394,6 @@ def test_the_whole_job(browser: Any, tmp_path: Path, size: str, scheme: str) -> 
 @pytest.mark.long
 def test_a_diagnosis_outlives_a_server_that_is_killed(browser: Any, tmp_path: Path) -> None:
     """kill -9 of the app: the job goes on, and the next app shows it."""
-    import signal
     import subprocess
     import sys
 
@@ -412,8 +411,8 @@ def test_a_diagnosis_outlives_a_server_that_is_killed(browser: Any, tmp_path: Pa
     page.goto(f"{address.partition('/?')[0]}/s/0/rig/diagnose")
     page.click("main button.first")
     expect(page.locator("#job-stages li").first).to_be_visible(timeout=PATIENCE)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+    process.kill()
+    process.communicate()
     process, address = start()
     try:
         page.goto(address)
@@ -422,5 +421,5 @@ def test_a_diagnosis_outlives_a_server_that_is_killed(browser: Any, tmp_path: Pa
         expect(page.locator("iframe.embedded")).to_be_visible(timeout=PATIENCE)
     finally:
         process.terminate()
-        process.wait()
+        process.communicate()
         page.close()
