@@ -209,7 +209,7 @@ def test_without_a_rig_there_is_a_template(tmp_path):
     path, _ = as_npy(tmp_path)
     done = run(path, "--out", tmp_path / "set")
     page = (tmp_path / "set" / "import.html").read_text()
-    assert "Import again with --review cuts.yaml, which writes that file" in page
+    assert "save cuts.yaml, then import again with --review cuts.yaml" in page
     assert done.exit_code == 0 and "fill in the rig" in done.output
     with pytest.raises(InputError, match=r"rig.moving_mass_kg.value: must be a number, but is empty"):
         read_dataset(tmp_path / "set")
