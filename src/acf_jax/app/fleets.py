@@ -41,6 +41,9 @@ def compare(home: Path, sessions: Sequence[Session], since: Sequence[str]) -> st
 
     if not sessions:
         raise InputError("no session is chosen; choose one at least")
+    names = [session.name for session in sessions]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise InputError(f"{twice}: is chosen twice; choose one session of a name")
     known = earlier(home)
     if strange := [name for name in since if name not in known]:
         raise InputError(f"{strange[0]}: is no earlier comparison; choose one of the list")
@@ -60,7 +63,6 @@ def compare(home: Path, sessions: Sequence[Session], since: Sequence[str]) -> st
             raise InputError(f"{path}: is damaged; diagnose again") from None
     fleet = Fleet(label=label, finished=time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()), rigs=tuple(rigs))
     changes, trends = find_changes([*runs, fleet])
-    names = {rig.rig for rig in rigs}
     missing = tuple(rig.rig for run in runs[-1:] for rig in run.rigs if rig.rig not in names)
     compared = {"since": tuple(run.label for run in runs), "missing": missing, "changes": tuple(changes)}
     fleet = fleet.model_copy(update=compared)
