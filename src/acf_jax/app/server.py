@@ -22,6 +22,7 @@ from acf_jax.app.pages.layout import faults_box, page
 from acf_jax.app.security import Guard, Places
 from acf_jax.documents import parse_json
 from acf_jax.errors import InputError
+from acf_jax.style import stylesheet
 
 LARGEST_FORM = 4_000_000  # bytes
 
@@ -170,8 +171,9 @@ def _static_file(name: str) -> tuple[bytes, str] | None:
     kinds = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
     if name == "plotly.js":
         return get_plotlyjs().encode(), kinds["js"]
-    package = "acf_jax.report" if name in ("page.css", "page.js") else "acf_jax.app"
-    folder = files(package) if package == "acf_jax.report" else files(package) / "static"
+    if name == "style.css":
+        return stylesheet().encode(), kinds["css"]
+    folder = files("acf_jax.report") if name == "page.js" else files("acf_jax.app") / "static"
     known = {item.name for item in folder.iterdir()}
     kind = kinds.get(name.rpartition(".")[2])
     return ((folder / name).read_bytes(), kind) if name in known and kind else None

@@ -132,13 +132,15 @@ def _read_trials(folder: Path, rig: RigPrior, faults: list[str]) -> list[Trial]:
     traces, motions = {}, {}
     for number, path, trial in _files(table, rows, "trace", owners):
         expected = units.expected_peak(rig, trial) if trial else None
-        of_files.append((str(path), own := []))
-        if trace := collected(own, partial(_read_trace, path, rig.impact_time, expected)):
+        if trace := collected(
+            _faults_of(path, of_files), partial(_read_trace, path, rig.impact_time, expected)
+        ):
             traces[number] = trace
     for number, path, trial in _files(table, rows, "motion", owners):
         speed = trial.contact_velocity if trial else None
-        of_files.append((str(path), own := []))
-        if motion := collected(own, partial(_read_motion, path, rig.impact_time, speed)):
+        if motion := collected(
+            _faults_of(path, of_files), partial(_read_motion, path, rig.impact_time, speed)
+        ):
             motions[number] = motion
     if fault := units.sign_fault(list(traces.values())):
         table.fault("", fault)
@@ -148,6 +150,12 @@ def _read_trials(folder: Path, rig: RigPrior, faults: list[str]) -> list[Trial]:
         for row, trial in rows
         if trial
     ]
+
+
+def _faults_of(path: Path, of_files: list[tuple[str, list[str]]]) -> list[str]:
+    """The faults of one more file, which has none yet."""
+    of_files.append((str(path), []))
+    return of_files[-1][1]
 
 
 def _trial(table: Table, row: Row) -> Trial | None:

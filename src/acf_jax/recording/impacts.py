@@ -51,9 +51,8 @@ class Impacts:
         """Whether the kept contacts can be trusted, as `diagnose` will look at them."""
         trials = [Trial(c.trial, *c.condition, c.peak, c.trace) for c in self.kept]
         spread = (self.velocity_spread, self.pretension_spread)
-        measurement = Measurement(
-            None, *(usual if x is None else x for x, usual in zip(spread, _USUAL, strict=True))
-        )
+        velocity, pretension = (usual if x is None else x for x, usual in zip(spread, _USUAL, strict=True))
+        measurement = Measurement(None, velocity, pretension)
         dataset = GapDataset(self.session.path, "", self.rig, measurement, tuple(trials))
         try:
             found = assess_dataset(dataset).trust()

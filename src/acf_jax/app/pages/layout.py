@@ -58,7 +58,7 @@ def page(
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{escape(title)}{escape(f" · {session.name}") if session else ""} · acf-jax</title>
 <link rel="icon" href="/static/icon.svg">
-<link rel="stylesheet" href="/static/page.css">
+<link rel="stylesheet" href="/static/style.css">
 <link rel="stylesheet" href="/static/app.css">
 </head>
 <body>
