@@ -251,7 +251,7 @@ def test_doubts_about_the_data_come_before_the_verdict(
     lines = result.stdout.splitlines()
     of, count = len(evil_set.trials), len(diagnosed.observations.names)
     assert result.exit_code == 0
-    head = "Data: limited by trials left out, saturation, no repeats; 7 trials at 7 conditions"
+    head = f"Data: limited by trials left out, saturation, no repeats; {count} trials at {count} conditions"
     assert lines[0].startswith(head), lines[0]
     lines = [line for line in lines if "no condition is repeated" not in line]
     assert lines[1:4] == [

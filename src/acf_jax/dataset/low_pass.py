@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its parts load where they are used: a peak needs none of them
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from acf_jax.dataset.noise import Noise, approach_samples
 from acf_jax.dataset.trials import Array, LowPass, Trace
@@ -59,22 +59,22 @@ class Filter:
         if self.passes_all:
             return values
         start = self._at_rest(np.full(values.shape[:-1], before))
-        once = sosfilt(self._sections, values, axis=-1, zi=start)[0]
+        once = scipy.signal.sosfilt(self._sections, values, axis=-1, zi=start)[0]
         if not self.low_pass.zero_phase:
             return np.asarray(once)
         back = once[..., ::-1]
         return np.asarray(
-            sosfilt(self._sections, back, axis=-1, zi=self._at_rest(back[..., 0]))[0][..., ::-1]
+            scipy.signal.sosfilt(self._sections, back, axis=-1, zi=self._at_rest(back[..., 0]))[0][..., ::-1]
         )
 
     @property
     def _sections(self) -> Array:
         one = self.low_pass
-        return np.asarray(butter(one.order, one.cutoff_hz, fs=1 / self.interval, output="sos"))
+        return np.asarray(scipy.signal.butter(one.order, one.cutoff_hz, fs=1 / self.interval, output="sos"))
 
     def _at_rest(self, values: Array) -> Array:
         """State of each section of a filter that has always been given these values (...): (sections, ..., 2)."""
-        state = sosfilt_zi(self._sections)
+        state = scipy.signal.sosfilt_zi(self._sections)
         return np.asarray(state.reshape(len(state), *[1] * values.ndim, 2) * values[..., None])
 
 

@@ -15,6 +15,7 @@ from acf_jax.diagnosis.experiment import propose
 from acf_jax.diagnosis.motion import inferred_motion, statement
 from acf_jax.inference.fit import fit
 from acf_jax.inference.parameters import begin
+from acf_jax.provenance import Origin
 from acf_jax.report.motion import robot_motion
 from acf_jax.report.write import save_diagnosis
 from tests.few import few_explanations
@@ -63,7 +64,7 @@ def test_a_diagnosis_of_measured_motions_has_their_picture_and_a_warning(tmp_pat
         found = diagnose(trials(STD))
     assert found.scored[0].explanation == ()
     assert any("the robot did not keep its commanded speed" in warning for warning in found.warnings)
-    save_diagnosis(tmp_path / "out", found)
+    save_diagnosis(tmp_path / "out", found, Origin("diagnose", {}))
     page = (tmp_path / "out/report.html").read_text()
     assert 'id="motion-data"' in page and "The robot moves as measured" in page
 
