@@ -3,6 +3,7 @@
 /* What a user decides about the contacts of a recording, and cuts.yaml made of it. Runs before page.js draws. */
 const decided = JSON.parse(document.getElementById("cuts-data").textContent);
 const cutOf = new Map(decided.cuts.map((cut) => [cut.trial, { ...cut, was: cut.contact_s }]));
+const MARK = 10, STILL = 3; // px: the reach of a mark, and how far a press may move and be no drag
 
 function figureOf(name) { return JSON.parse(document.getElementById(`${name}-data`).textContent); }
 function store(name, figure) { document.getElementById(`${name}-data`).textContent = JSON.stringify(figure); }
@@ -75,10 +76,14 @@ for (const time of document.querySelectorAll("[data-contact]")) {
 /** Figures take clicks and drags once Plotly has drawn them. */
 function listen() {
   const whole = document.getElementById("whole"), all = document.getElementById("all"), one = document.getElementById("cut");
-  whole.on("plotly_click", ({ points: [point] }) => {
-    const trial = point.customdata;
-    if (cutOf.has(trial)) change(trial, { shown: !cutOf.get(trial).shown });
-  });
+  let pressed = null; // the line that is dragged lies over its mark and keeps Plotly's own click from it
+  whole.addEventListener("pointerdown", ({ clientX, clientY }) => { pressed = [clientX, clientY]; }, true);
+  window.addEventListener("pointerup", ({ clientX, clientY }) => {
+    const still = pressed && Math.hypot(clientX - pressed[0], clientY - pressed[1]) < STILL;
+    pressed = null;
+    const trial = still ? markAt(whole, clientX, clientY) : undefined;
+    if (trial) change(trial, { shown: !cutOf.get(trial).shown });
+  }, true);
   all.on("plotly_click", ({ points: [point] }) => {
     const choice = document.getElementById("cut-choice");
     if (choice) { choice.selectedIndex = point.curveNumber; choice.dispatchEvent(new Event("change")); }
@@ -95,6 +100,18 @@ function listen() {
   whole.on("plotly_relayout", dragged(whole, 1));
   one.on("plotly_relayout", dragged(one, 1e-3));
   document.getElementById("cut-choice")?.addEventListener("change", () => { delete one.dataset.starts; });
+}
+
+/** The cut whose mark is at a place of the page, px, if there is one. */
+function markAt(plot, x, y) {
+  const trials = plot.data.filter(({ mode }) => mode === "markers").flatMap(({ customdata }) => [...customdata]);
+  const away = (mark) => {
+    const { left, right, top, bottom, width } = mark.getBoundingClientRect();
+    return width ? Math.hypot((left + right) / 2 - x, (top + bottom) / 2 - y) : Infinity;
+  };
+  const distances = [...plot.querySelectorAll(".scatterlayer .points path")].map(away);
+  const least = Math.min(...distances);
+  return least < MARK ? trials[distances.indexOf(least)] : undefined;
 }
 
 /** Where the shapes of a figure began before the drag that has just ended. */
