@@ -3,6 +3,7 @@
 The law itself answers: the closed form, the simulation of the corrected model, or the surrogate where one was trained.
 """
 
+import math
 import threading
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ from acf_jax.api.model import Model
 from acf_jax.api.source import source_of
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import ContactModel, spread
+from acf_jax.contact.tried import REACH
 from acf_jax.errors import InputError
 from acf_jax.report.plot import series
 
@@ -24,6 +26,7 @@ POINTS = 61  # of the curve
 KEPT = 8  # models that stay loaded
 BEYOND = 1.5  # of the highest that was tried, that a slider reaches
 PROBABILITY = 0.975
+_FIRST = "With 97.5 % the first peak stays within the limit "
 
 _LOCK = threading.Lock()
 _MODELS: dict[tuple[str, int], Model] = {}
@@ -78,7 +81,10 @@ def spans(model: Model) -> dict[str, tuple[float, float, float]]:
 
 
 def curve(model: Model, asked: Asked) -> dict[str, Any]:
-    """Expected peak force over velocity, what is not exceeded with a probability of 97.5 %, and the point."""
+    """Expected peak force over velocity with its band of 95 %, the point, and what both are worth.
+
+    `beyond`: where the model extrapolates. `allowed`: which velocities keep the limit, in words.
+    """
     law = model.source.model
     low, high, _ = spans(model)["v_e"]
     v_e = np.linspace(max(low, 1e-3), high, POINTS)
@@ -88,22 +94,51 @@ def curve(model: Model, asked: Asked) -> dict[str, Any]:
     force = np.where(exists, force, np.nan)
     factor = float(norm.ppf(PROBABILITY))
     upper, under = force + factor * std, force - factor * std
-    told = np.flatnonzero(exists[:-1])  # almost at rest a force has no first peak
-    beyond = told[upper[told] > asked.limit]
-    allowed = float(v_e[-1]) if not beyond.size else None
-    if beyond.size and beyond[0] > told[0]:
-        ends = slice(beyond[0] - 1, beyond[0] + 1)
-        allowed = float(np.interp(asked.limit, upper[ends], v_e[ends]))
+    allowed, why = _highest(v_e, upper[:-1], asked.limit)
+    other = _other_stiffness(law, asked.stiffness)
+    notes = law.notes(z[-1], *([] if allowed is None else [law.at(allowed, asked.f_p)]))
     return {
         "v_e": series(v_e),
         "force": series(force[:-1]),
         "upper": series(upper[:-1]),
         "lower": series(under[:-1]),
+        "beyond": [bool(other or law.is_extrapolated(one)) for one in z[:-1]],
         "at": {"force": _told(force[-1]), "std": _told(std[-1]), "upper": _told(upper[-1])},
-        "allowed": allowed,
-        "all_allowed": not beyond.size,
-        "notes": law.notes(z[-1]),
+        "none": law.main.peak.no_peak,
+        "allowed": why,
+        "notes": [*notes, *other],
     }
+
+
+def _highest(v_e: np.ndarray, upper: np.ndarray, limit: float) -> tuple[float | None, str]:
+    """The highest velocity up to which all keep the limit, where there is one, and words that say it."""
+    told = np.flatnonzero(np.isfinite(upper))
+    if not told.size:
+        return None, "No velocity shown has a first peak: nothing is known to stay within the limit."
+    first = told[0]  # almost at rest a force has no first peak
+    broken = np.flatnonzero(~(upper[first:] <= limit))  # a force without a first peak keeps no limit
+    if not broken.size:
+        highest = _floored(v_e[-1])
+        return highest, _FIRST + f"at every velocity shown, up to {highest:.3f} m/s."
+    if not broken[0]:
+        return None, "No velocity shown keeps the first peak within the limit."
+    ends = slice(first + broken[0] - 1, first + broken[0] + 1)
+    known = np.isfinite(upper[ends]).all()
+    highest = _floored(np.interp(limit, upper[ends], v_e[ends]) if known else v_e[ends][0])
+    return highest, _FIRST + f"up to about {highest:.3f} m/s."
+
+
+def _floored(v_e: float) -> float:
+    """As it is shown, mm/s; not rounded up."""
+    return math.floor(1e3 * float(v_e) + 1e-6) / 1e3
+
+
+def _other_stiffness(law: ContactModel, share: float) -> list[str]:
+    """What to say of a contact stiffness that is not the fitted one, whose trials alone stand behind the model."""
+    std = float(np.sqrt(law.main.covariance[3, 3])) / float(law.main.theta[3])
+    if abs(share - 1.0) <= REACH * std:
+        return []
+    return [f"contact stiffness {share:g} times the fitted one was not tried: the model extrapolates"]
 
 
 @eqx.filter_jit

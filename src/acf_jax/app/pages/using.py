@@ -1,5 +1,6 @@
 """Step 6, Use: sliders, allowed speed, design, contact with people, and what is taken away."""
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -135,13 +136,16 @@ def _sliders(session: Session) -> Html:
     for name, (low, high, first) in spans.items():
         label, unit, step = words[name]
         rows.append(
-            slider(name, label, _round(low, step), _round(high, step), step, _round(first, step), unit)
+            slider(name, label, _up(low, step), _down(high, step), step, _down(first, step), unit)
         )
     layout = {
         "xaxis": axis("contact velocity / m/s"),
         "yaxis": axis("peak contact force / N", rangemode="tozero"),
     }
-    caption = "The band holds 95 %: parameters, explanations and the form of the law. Dashed: the limit."
+    caption = (
+        "The band holds 95 % between the trials: parameters, explanations and the form of the law, to first order."
+        " Dotted: beyond the trials, where the model extrapolates. Dashed: the limit."
+    )
     figure = plot("peak", "Peak contact force", caption, [Variant("", [])], layout, 360)
     source = model.source
     who = (
@@ -149,7 +153,11 @@ def _sliders(session: Session) -> Html:
     )
     if not source.trained and not getattr(source.exact.main.peak, "effects", ()):
         who = "the paper's equations with the refitted rig"
-    told = element("p", f"Answered by {who}.", class_="muted")
+    told = element(
+        "p",
+        f"Answered by {who}. The questions below count everything uncertain by draws, and say when the robot must stop.",
+        class_="muted",
+    )
     said = element("output", id="peak-said", for_=" ".join(spans), aria_live="polite", class_="verdict")
     notes = element("ul", id="peak-notes", class_="muted")
     inputs = form(f"{session.url}/curve", *rows, id="sliders", data_curve=f"{session.url}/curve")
@@ -239,8 +247,13 @@ def _link(href: str, word: str, is_there: bool) -> Html | None:
     return element("a", word, href=href, download=True) if is_there else None
 
 
-def _round(value: float, step: float) -> float:
-    return round(round(value / step) * step, 6)
+def _up(value: float, step: float) -> float:
+    """The next step that is not below: the end of a slider lies within the range."""
+    return round(math.ceil(value / step - 1e-6) * step, 6)
+
+
+def _down(value: float, step: float) -> float:
+    return -_up(-value, step)
 
 
 def question_of(session: Session) -> dict[str, float] | None:

@@ -8,19 +8,18 @@ if (sliders) {
 
   const show = (found, where) => {
     const x = found.v_e, line = { type: "scatter", mode: "lines", hovertemplate: "%{x} m/s: %{y} N<extra></extra>" };
-    const at = found.at;
+    const at = found.at, tried = found.force.map((y, i) => (found.beyond[i] ? null : y));
     put("peak", [
       { ...line, x, y: found.upper, line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
       { ...line, x, y: found.lower, line: { width: 0 }, fill: "tonexty", fillcolor: "--band", name: "95 %", hoverinfo: "skip" },
-      { ...line, x, y: found.force, name: "expected", line: { color: "--corrected", width: 2.5 } },
+      { ...line, x, y: found.force, name: "expected, beyond the trials", line: { color: "--corrected", width: 2.5, dash: "dot" } },
+      { ...line, x, y: tried, name: "expected, between the trials", line: { color: "--corrected", width: 2.5 } },
       { ...line, x: [x[0], x.at(-1)], y: [where.limit, where.limit], name: "limit", line: { color: "--bad", dash: "dash", width: 2 } },
       { type: "scatter", mode: "markers", x: [where.v_e], y: [at.force], name: "here", marker: { size: 11, color: "--measured" } },
     ]);
-    const force = at.force === null ? "No answer here." : `${at.force.toFixed(1)} ± ${at.std.toPrecision(2)} N`;
-    const allowed = found.allowed === null ? "No velocity stays within the limit."
-      : found.all_allowed ? "Every velocity shown stays within the limit." : `Within the limit up to about ${found.allowed.toFixed(3)} m/s.`;
+    const force = at.force === null ? `No answer here: ${found.none}.` : `${at.force.toFixed(1)} ± ${at.std.toPrecision(2)} N`;
     said.replaceChildren(force, document.createElement("br"),
-      Object.assign(document.createElement("span"), { className: "muted", textContent: allowed }));
+      Object.assign(document.createElement("span"), { className: "muted", textContent: found.allowed }));
     notes.replaceChildren(...found.notes.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
   };
 
@@ -34,6 +33,8 @@ if (sliders) {
       sliders.dataset.took = (performance.now() - begun).toFixed(1);
     } catch (error) {
       said.textContent = error.message;
+      notes.replaceChildren(); // of the answer before
+      put("peak", []);
     }
     isAsking = false;
     if (isStale) { isStale = false; update(); }
