@@ -93,7 +93,8 @@ def test_every_answer_keeps_the_browser_here(app: Served) -> None:
 @pytest.mark.parametrize(
     "path",
     [
-        "/browse/0/..", "/browse/0/%2e%2e", "/browse/0/..%2f..%2fetc", "/browse/0/%2fetc", "/browse/1/", "/browse/99/",
+        "/browse/0/..", "/browse/0/%2e%2e", "/browse/0/..%2f..%2fetc", "/browse/0/%2fetc", "/browse/1/", "/browse/99/", 
+        "/browse/" + "9" * 5000 + "/", "/browse/-1/", "/browse/x/", "/s/x/y/open",
         "/browse/0/a%00b", "/s/0/..%2f..%2fetc/open", "/s/0/%2e%2e/open", "/s/1/x/open", "/s/0/.hidden/open",
         "/static/..%2fserver.py", "/static/%2e%2e%2fserver.py", "/static/server.py",
     ],
@@ -109,8 +110,8 @@ def test_files_of_a_session_are_what_commands_wrote_and_nothing_else(app: Served
     (folder / "data").mkdir()
     (folder / "data/inside.json").write_text("{}")
     (tmp_path / "secret.txt").write_text("secret")
-    (folder / "data/link.txt").symlink_to(tmp_path / "secret.txt")
     assert app.get(f"{url}/file/data/inside.json").text == "{}"
+    (folder / "data/link.txt").symlink_to(tmp_path / "secret.txt")
     for path in ("session.yaml", ".app/job.json", "data/../session.yaml", "data/%2e%2e/session.yaml", "data/link.txt",
                  "data/%2fetc%2fpasswd", "data"):  # fmt: skip
         answer = app.get(f"{url}/file/{path}")
@@ -131,10 +132,44 @@ def test_a_session_with_a_link_that_leads_out_is_refused(app: Served, tmp_path: 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    "file", ["diagnosis/report.html", "diagnosis/diagnosis.json", "data/trials.csv", ".app/import/job.json",
+             "data/traces/t000.csv", "surrogate/model.eqx"],
+)  # fmt: skip
+def test_no_file_of_a_session_is_a_link_that_leads_out(app: Served, tmp_path: Path, file: str) -> None:
+    name = f"linked {file.replace('/', ' ').replace('.', '')}"
+    url = made(app, name)
+    (tmp_path / "secret").write_text("secret")
+    (app.home / name / file).parent.mkdir(parents=True, exist_ok=True)
+    (app.home / name / file).symlink_to(tmp_path / "secret")
+    for path in ("open", "diagnose", "use", "report.pdf", "file/diagnosis/report.html"):
+        assert app.get(f"{url}/{path}").status == 400
+    answer = app.post("/fleet", {"session": f"0/{name}"})
+    assert "outside the folders" in answer.text and "secret" not in answer.text
+    # one that stays in the chosen folders is taken
+    (app.home / name / file).unlink()
+    (app.home / name / file).symlink_to(app.home / name / "session.yaml")
+    assert app.get(f"{url}/rig").status == 200
+
+
+def test_comparisons_are_written_in_the_chosen_folders(tmp_path: Path) -> None:
+    (tmp_path / "home/one/diagnosis").mkdir(parents=True)
+    for name in ("diagnosis.json", "model.json"):
+        (tmp_path / "home/one/diagnosis" / name).write_text("{}")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "home/fleets").symlink_to(tmp_path / "elsewhere")
+    with served(tmp_path / "home") as app:
+        answer = app.post("/fleet", {"session": "0/one"})
+    assert answer.status == 400 and "outside the folders" in answer.text
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+
+
 def test_a_session_file_that_names_a_recording_elsewhere_is_refused(app: Served, tmp_path: Path) -> None:
     """Session folders may come from others."""
     url = made(app, "foreign")
     (tmp_path / "other.csv").write_text("time_s,force_n\n0,1\n")
+    (app.home / "foreign/session.yaml").write_text("schema: acf-session/1\nrecording: --out=x.csv\n")
+    assert "begins with a dash" in app.get(f"{url}/open").text  # no option of a command
     for name in (str(tmp_path / "other.csv"), "../../etc/passwd"):
         (app.home / "foreign/session.yaml").write_text(
             f"schema: acf-session/1\nrecording: {json.dumps(name)}\n"

@@ -71,11 +71,11 @@ def _routes() -> list[Route]:
         "ask/{question}": answers.ask,
         "cancel": answers.cancel,
     }
-    at = "/s/{place:int}/{name}"
+    at = "/s/{place}/{name}"
     return [
         _get("/", answers.all_sessions),
         Route("/static/{file}", _static, methods=["GET"]),
-        _get("/browse/{place:int}/{path:path}", answers.browse),
+        _get("/browse/{place}/{path:path}", answers.browse),
         Route("/upload", answers.upload, methods=["PUT"]),
         _post("/new", answers.new_session),
         _post("/open", answers.open_recording),

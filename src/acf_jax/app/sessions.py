@@ -14,6 +14,7 @@ surrogate/     a trained surrogate          `export`
 
 import fcntl
 import hashlib
+import os
 import re
 import shutil
 from collections.abc import Iterator
@@ -78,12 +79,29 @@ class Session:
         name = getattr(self.about, which)
         if name is None:
             return None
+        if name.startswith("-"):
+            raise InputError(
+                f"{self.folder / ABOUT}: {which}: {shown(name)} begins with a dash; rename the file"
+            )
         self.places.check(self.folder / name)
         return Path(name)
 
     def has(self, *parts: str) -> bool:
         """Whether a file is there."""
         return self.folder.joinpath(*parts).is_file()
+
+    def is_younger(self, name: str, *than: str) -> bool:
+        """Whether a file is there and no other of those that are there was written after it."""
+        written, *before = (self.folder / path for path in (name, *than))
+        return written.is_file() and all(
+            written.stat().st_mtime >= path.stat().st_mtime for path in before if path.is_file()
+        )
+
+    @property
+    def is_outdated(self) -> bool:
+        """Whether the data set was written anew after its diagnosis."""
+        found = f"{DIAGNOSIS}/diagnosis.json"
+        return self.has(found) and not self.is_younger(found, f"{DATA}/trials.csv", f"{DATA}/dataset.yaml")
 
     @property
     def is_imported(self) -> bool:
@@ -150,8 +168,18 @@ def find(places: Places, place: int, name: str) -> Session:
     if not folder.is_dir() or not is_session(folder):
         raise InputError(f"session {shown(name)}: is not in {places.folders[place]}; go back to all sessions")
     for part in PARTS:
-        places.check(folder / part)  # a link may have come with a folder of others
+        for path in _links(folder / part):
+            places.check(path)  # it may have come with a folder of others
     return Session(place, name, folder, places)
+
+
+def _links(part: Path) -> Iterator[Path]:
+    """Every link of a file or folder, itself among them."""
+    if part.is_symlink():
+        yield part
+    for here, folders, files in os.walk(part):
+        names = (os.path.join(here, name) for name in (*folders, *files))
+        yield from (Path(name) for name in names if os.path.islink(name))
 
 
 def every(places: Places) -> list[Session]:
