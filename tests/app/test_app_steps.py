@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from served import RIG, Served
 
 from acf_jax.app import jobs, signals
+from acf_jax.app.pages import planning
 from acf_jax.cli.main import commands as command_line
 from acf_jax.errors import InputError
 from acf_jax.recording.rig import read_rig_file
@@ -153,6 +154,34 @@ def test_a_rig_that_cannot_be_is_told_by_the_form_s_words(app: Served, cut: str)
     assert (app.home / "pressed/rig.yaml").read_bytes() == before
 
 
+def test_where_a_job_runs_no_file_is_changed(app: Served, cut: str) -> None:
+    """What a page says beside `a job runs already` is not written either."""
+    import fcntl
+
+    folder = app.home / "pressed"
+    kept = {path: path.read_bytes() for path in sorted(folder.glob("*.yaml"))}
+    versions = {name: version(app, f"{cut}/{page}") for name, page in (("mapping", "open"), ("rig", "rig"))}
+    fields = {"force": '["force_n", null]', "speed-kind": "velocity", "version": versions["mapping"]}
+    cuts = json.dumps({"cuts": [{"trial": "t000", "contact_s": 1.0, "keep": False}], "version": "none"})
+    (folder / ".app/job.json").write_text('{"kind": "import"}')
+    (folder / ".app/import/code.txt").unlink()
+    with (folder / ".app/lock").open("a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        answers = [
+            app.post(f"{cut}/signals", fields),
+            app.post(f"{cut}/rescale", {"version": versions["mapping"], "role": "force", "factor": "2"}),
+            app.post(f"{cut}/rig", RIG | {"version": versions["rig"], "m-value": "3"}),
+            app.ask("POST", f"{cut}/cuts", cuts, Content_Type="application/json"),
+            app.post(f"{cut}/forget-cuts", {"version": "none"}),
+            app.post(f"{cut}/plan", {"of": "sliders"} | {n: str(s[4]) for n, s in planning.SLIDERS.items()}),
+        ]
+    (folder / ".app/import/code.txt").write_text("0\n")
+    for answer in answers:
+        assert answer.status == 400 and "a job runs in this session already" in answer.text
+    assert {path: path.read_bytes() for path in sorted(folder.glob("*.yaml"))} == kept
+    assert not (folder / "plan").exists()
+
+
 def test_a_folder_of_run_or_of_import_is_a_session(app: Served) -> None:
     out = app.home / "from commands"
     command = ["import", str(EXAMPLES / "session.mcap"), "--rig", str(EXAMPLES / "session_rig.yaml"), "--out"]
@@ -240,6 +269,8 @@ def test_what_the_form_does_not_show_stays_in_the_mapping() -> None:
     "wrong, told",
     [
         ({"force": "force_n"}, "no signal of the list"),
+        ({"force": "3"}, "no signal of the list"),
+        ({"force": "[3, null]"}, "no signal of the list"),
         ({"pretension": "number"}, "none is given"),
         ({"pretension-number": "60 N"}, "no number"),
         ({"force-turned": "on"}, "name the signal"),

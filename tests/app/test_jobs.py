@@ -72,6 +72,8 @@ def test_a_session_has_one_job_at_a_time_and_cancelling_leaves_nothing(
 ) -> None:
     with pytest.raises(InputError, match="runs in this session already"):
         jobs.start(session, "import", ["import", "x", "--out", "data"])
+    with pytest.raises(InputError, match="runs in this session already"):
+        jobs.start(session, "import", lambda: pytest.fail("something is written though nothing is started"))
     # a page that is loaded again, or a server that was started anew, sees the same: all of it is on the disk
     seen = "from pathlib import Path; from acf_jax.app import jobs; print(jobs.last(Path('.')).state)"
     command = [sys.executable, "-c", seen]
@@ -118,6 +120,17 @@ def test_a_state_on_the_disk_that_is_damaged_is_no_job(session: Path) -> None:
     (session / ".app/import/code.txt").write_text("2\n")
     job = jobs.last(session)
     assert job is not None and job.state == "failed" and job.messages[-1] == "error: a <b>"
+
+
+def test_a_fault_that_no_command_foresaw_is_told_in_one_line(session: Path) -> None:
+    (session / ".app/plan").mkdir(parents=True)
+    (session / ".app/plan/job.json").write_text('{"kind": "plan", "started": 1.0, "command": []}')
+    (session / ".app/plan/code.txt").write_text("1\n")
+    lines = ["note: before", jobs.TRACEBACK, '  File "x.py", line 1', "    x", "ValueError: of what", ""]
+    (session / ".app/plan/progress.txt").write_text("\n".join(lines))
+    job = jobs.job(session, "plan")
+    assert job is not None and len(job.messages) == 2 and job.messages[0] == "note: before"
+    assert job.messages[1].startswith("error: ValueError: of what: ") and "report" in job.messages[1]
 
 
 def test_time_left_follows_the_pace_of_this_machine() -> None:

@@ -1,6 +1,7 @@
 """What the sliders of step 6 state, and what they leave unstated."""
 
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -54,7 +55,9 @@ def test_what_lies_beyond_the_trials_is_told(diagnosis: Path) -> None:
     # the velocity that is named counts, not only that of the slider
     high = curve(model, Asked(0.2, 60.0, 1.0, 1000.0))
     assert "up to 0.525 m/s" in high["allowed"]
-    assert high["notes"] == ["v_e = 0.525 m/s lies outside the tried 0.05 to 0.35 m/s: the model extrapolates"]
+    assert high["notes"] == [
+        "v_e = 0.525 m/s lies outside the tried 0.05 to 0.35 m/s: the model extrapolates"
+    ]
     for asked, told in (
         (Asked(0.5, 60.0, 1.0, 100.0), "v_e = 0.5 m/s lies outside the tried 0.05 to 0.35 m/s"),
         (Asked(0.2, 120.0, 1.0, 140.0), "f_p = 120 N lies outside the tried 50 to 90 N"),
@@ -125,3 +128,28 @@ def test_the_ends_of_the_sliders_can_be_asked(app: Served) -> None:
     with pytest.raises(InputError, match="v_e: must lie between"):
         model = live.model_of(app.home / "odd/diagnosis", Path("none"))
         live.asked_of({"v_e": "2", "f_p": "60", "stiffness": "1", "limit": "9e9"}, model)
+
+
+def test_what_belongs_to_an_earlier_diagnosis_or_data_set_is_told(app: Served) -> None:
+    url = changed(app, "again")
+    folder = app.home / "again"
+    times = {"data/trials.csv": 1, "data/dataset.yaml": 1, "diagnosis/model.json": 2, "diagnosis/diagnosis.json": 2,
+             "surrogate/model.eqx": 1, "surrogate/peak.h": 1, "surrogate/peak.onnx": 1}  # fmt: skip
+
+    def page(**changes: int) -> str:
+        for name, time in (times | changes).items():
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).touch()
+            os.utime(folder / name, (time, time))
+        return app.get(f"{url}/use").text
+
+    older = "younger than this diagnosis: diagnose again"
+    known = page()
+    assert older not in known and "of an earlier diagnosis" in known
+    assert (
+        "Surrogate, model.eqx" not in known and "C99 header" not in known and "Write C and ONNX" not in known
+    )
+    assert older in page(**{"data/dataset.yaml": 3})  # its rig was changed
+    assert older in page(**{"data/trials.csv": 3})
+    trained = page(**{"surrogate/model.eqx": 3, "surrogate/peak.onnx": 4})
+    assert "Surrogate, model.eqx" in trained and "ONNX model" in trained and "C99 header" not in trained

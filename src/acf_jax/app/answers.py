@@ -3,6 +3,7 @@
 import asyncio
 import json
 from collections.abc import AsyncIterator, Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -37,11 +38,18 @@ def places_of(request: Request) -> Places:
 
 
 def session_of(request: Request) -> Session:
-    return sessions.find(places_of(request), int(request.path_params["place"]), request.path_params["name"])
+    return sessions.find(
+        places_of(request), _number(request.path_params["place"]), request.path_params["name"]
+    )
 
 
 def one(fields: Form) -> dict[str, str]:
     return {name: values[-1] for name, values in fields.items()}
+
+
+def _number(place: str) -> int:
+    """Of a chosen folder; -1, which is none, for what is no number of one."""
+    return int(place) if place.isdecimal() and len(place) < 10 else -1
 
 
 def to(session: Session, step: str) -> Response:
@@ -56,7 +64,7 @@ def all_sessions(request: Request) -> Response:
 
 
 def browse(request: Request) -> Response:
-    place, path = int(request.path_params["place"]), request.path_params["path"]
+    place, path = _number(request.path_params["place"]), request.path_params["path"]
     return home.browse(places_of(request), place, path, request.query_params.get("session", ""))
 
 
@@ -79,7 +87,7 @@ async def upload(request: Request) -> Response:
 def _given_or_new(request: Request, given: str, name: str) -> Session:
     if given:
         place, _, called = given.partition("/")
-        return sessions.find(places_of(request), int(place) if place.isdecimal() else -1, called)
+        return sessions.find(places_of(request), _number(place), called)
     return sessions.create(places_of(request), Path(name).stem)
 
 
@@ -106,8 +114,7 @@ def new_session(request: Request, fields: Form) -> Response:
 def open_recording(request: Request, fields: Form) -> Response:
     """A recording, or a data set, on this machine; into a session as the robot's recording where one is named."""
     given = one(fields)
-    place = given.get("place", "")
-    path = places_of(request).resolve(int(place) if place.isdecimal() else -1, given.get("path", ""))
+    path = places_of(request).resolve(_number(given.get("place", "")), given.get("path", ""))
     if given.get("session"):
         session = _given_or_new(request, given["session"], "")
         session.describe(session.about.model_copy(update={"robot": str(path)}))
@@ -148,9 +155,19 @@ def rescale(request: Request, fields: Form) -> Response:
 
 
 def _cut_anew(session: Session, content: dict[str, Any], version: str) -> Response:
-    session.write(MAPPING, signals.text_of(content), version)
-    jobs.start(session.folder, "import", commands.import_command(session))
+    _import(session, lambda: session.write(MAPPING, signals.text_of(content), version))
     return to(session, "cut")
+
+
+def _import(session: Session, change: Callable[[], None]) -> None:
+    """Change one of its files and cut anew: both, or where a job runs or there is no recording, none."""
+    commands.import_command(session)
+
+    def changed() -> list[str]:
+        change()
+        return commands.import_command(session)
+
+    jobs.start(session.folder, "import", changed)
 
 
 def without_robot(request: Request, fields: Form) -> Response:
@@ -166,16 +183,19 @@ def save_cuts(request: Request, fields: Form) -> Response:
     session = session_of(request)
     content = getattr(request.state, "json", None)
     sent = content if isinstance(content, dict) else {}
-    session.write(CUTS, cutting.review_of(session, sent.get("cuts")), str(sent.get("version", "")))
-    jobs.start(session.folder, "import", commands.import_command(session))
+    text = cutting.review_of(session, sent.get("cuts"))
+    _import(session, lambda: session.write(CUTS, text, str(sent.get("version", ""))))
     return JSONResponse({"next": f"{session.url}/cut"})
 
 
 def forget_cuts(request: Request, fields: Form) -> Response:
     session = session_of(request)
-    with session.writing(CUTS, one(fields).get("version", "")):
-        (session.folder / CUTS).unlink(missing_ok=True)
-    jobs.start(session.folder, "import", commands.import_command(session))
+
+    def forget() -> None:
+        with session.writing(CUTS, one(fields).get("version", "")):
+            (session.folder / CUTS).unlink(missing_ok=True)
+
+    _import(session, forget)
     return to(session, "cut")
 
 
@@ -188,10 +208,11 @@ def save_rig(request: Request, fields: Form) -> Response:
         text = rig.rig_text(session, given)
     except InputError as error:
         return rig.rig(session, error.faults, given)
-    session.write(RIG, text, given.get("version", ""))
+    write = partial(session.write, RIG, text, given.get("version", ""))
     if session.recording() is not None and session.is_imported:
-        jobs.start(session.folder, "import", commands.import_command(session))
+        _import(session, write)
         return to(session, "cut")
+    write()
     if session.is_imported:
         write_text(session.folder / DATA / "dataset.yaml", rig.description_with(session, text))
         return to(session, "diagnose")
@@ -213,10 +234,14 @@ def start_plan(request: Request, fields: Form) -> Response:
             error.faults if isinstance(error, InputError) else ["the session's trials.csv cannot be read"]
         )
         return planning.planning(session, faults, given)
-    write_text(session.folder / commands.DESCRIPTION, description)
-    write_text(session.folder / commands.CONDITIONS, text)
-    write_text(session.folder / commands.SLIDERS, json.dumps(values))
-    jobs.start(session.folder, "plan", commands.plan_command(values["rate"], values["noise"]))
+
+    def planned() -> list[str]:
+        write_text(session.folder / commands.DESCRIPTION, description)
+        write_text(session.folder / commands.CONDITIONS, text)
+        write_text(session.folder / commands.SLIDERS, json.dumps(values))
+        return commands.plan_command(values["rate"], values["noise"])
+
+    jobs.start(session.folder, "plan", planned)
     return to(session, "plan")
 
 
@@ -334,6 +359,7 @@ def fleet(request: Request) -> Response:
 
 def compare_fleet(request: Request, fields: Form) -> Response:
     places = places_of(request)
+    places.check(places.folders[0] / fleets.FOLDER)
     try:
         chosen = [_given_or_new(request, given, "") for given in fields.get("session", []) if given]
         label = fleets.compare(places.folders[0], chosen, fields.get("since", []))

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +33,7 @@ STOPPED = 130  # exit code of a command that Ctrl-C stopped
 PATIENCE = 5.0  # s, until a job that was asked to stop is killed
 ENDING = 10.0  # s, that a process may take to end once its command is done
 TOLD = 200  # lines of messages
+TRACEBACK = "Traceback (most recent call last):"
 
 
 class _About(Part):
@@ -83,10 +84,11 @@ class Job:
         }
 
 
-def start(session: Path, kind: Kind, command: Sequence[str]) -> None:
+def start(session: Path, kind: Kind, command: Sequence[str] | Callable[[], Sequence[str]]) -> None:
     """Begin a command in the folder of a session.
 
-    **Arguments:** `command`: arguments of `python -m acf_jax`, paths from that folder.
+    **Arguments:** `command`: arguments of `python -m acf_jax`, paths from that folder; or a function that writes what
+    the command reads and gives them, called only where no job runs.
 
     **Raises:** `InputError` where a job runs there already.
     """
@@ -94,6 +96,8 @@ def start(session: Path, kind: Kind, command: Sequence[str]) -> None:
     with (session / FOLDER / LOCK).open("a") as lock:
         if not _taken(lock, session):
             raise InputError("a job runs in this session already; wait for it, or cancel it")
+        if callable(command):
+            command = command()
         folder = session / FOLDER / kind
         folder.mkdir(exist_ok=True)
         for name in (CODE, OUTPUT, PROGRESS):
@@ -168,7 +172,7 @@ def job(session: Path, kind: Kind) -> Job | None:
         stages=tuple(stages),
         done=done,
         total=total,
-        messages=tuple(messages[:TOLD]),
+        messages=tuple(_told(messages)[:TOLD]),
         output=folder / OUTPUT,
     )
 
@@ -238,6 +242,15 @@ def _lines(path: Path) -> list[str]:
         return path.read_text("utf-8", "replace").splitlines()
     except OSError:
         return []
+
+
+def _told(lines: list[str]) -> list[str]:
+    """What a command said; of a fault of its own that it did not foresee the last line, with a remedy."""
+    if TRACEBACK not in lines:
+        return lines
+    why = next((line for line in reversed(lines) if line and line[0] != " "), "")
+    remedy = "a fault of acf-jax itself: please report it, with .app/ of the session's folder"
+    return [*lines[: lines.index(TRACEBACK)], f"error: {why}: {remedy}"]
 
 
 def _step(line: str) -> tuple[str, int, int, float] | None:

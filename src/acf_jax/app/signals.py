@@ -179,7 +179,10 @@ def _one(
         return None
     try:
         name, field = json.loads(value)
-    except ValueError:
+        is_signal = isinstance(name, str) and isinstance(field, str | None)
+    except (TypeError, ValueError):
+        is_signal = False
+    if not is_signal:
         faults.append(f"{role}: {shown(value)} is no signal of the list; choose one")
         return None
     was = chosen(before, role).signal

@@ -23,7 +23,7 @@ def cutting(session: Session, faults: Sequence[str] = ()) -> Response:
     shown = _shown(session, job)
     found = [line.removeprefix("error: ") for line in job.messages] if job and job.state == "failed" else []
     body: list[object] = [faults_box(faults)]
-    if busy or (job and job.state in ("stopped", "interrupted")):
+    if busy or (job and job.state != "done" and not found):
         body.append(job_panel(session, job))
     elif found:
         body += [faults_box(found, "No data set came of it"), _remedies(session, found)]

@@ -16,6 +16,7 @@ from acf_jax.app.pages.layout import (
     hidden,
     job_panel,
     note,
+    outdated,
     page,
     running,
 )
@@ -46,8 +47,7 @@ def diagnosing(session: Session, faults: Sequence[str] = ()) -> Response:
     elif busy is None:
         body.append(_start(session))
     if busy is None and session.has(DIAGNOSIS, "report.html"):
-        if _is_older(session):
-            body.append(note("The data set is younger than this diagnosis: diagnose again.", mood="open"))
+        body.append(outdated(session))
         onward = element("a", "Use the corrected model", href=f"{session.url}/use", class_="button first")
         body.append(element("p", onward))
         body.append(embedded(f"{session.url}/file/{DIAGNOSIS}/report.html", "Report"))
@@ -155,11 +155,6 @@ def _trace(session: Session, row: dict[str, str]) -> dict[str, object] | None:
     return {"type": "scatter", "mode": "lines", "x": series(1e3 * values[::step, 0], 5), "y": series(values[::step, 1]),
             "name": headed(row["trial"]), "line": {"width": 1, "color": "--recalibrated"}, "opacity": 0.7,
             "hoverinfo": "skip"}  # fmt: skip
-
-
-def _is_older(session: Session) -> bool:
-    data, found = session.folder / DATA / "trials.csv", session.folder / DIAGNOSIS / "diagnosis.json"
-    return data.is_file() and found.is_file() and found.stat().st_mtime < data.stat().st_mtime
 
 
 def verdict_of(session: Session) -> str | None:

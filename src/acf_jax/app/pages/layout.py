@@ -101,6 +101,13 @@ def note(*text: object, mood: str = "") -> Html:
     return element("div", element("p", *text), class_=f"box {mood}".strip())
 
 
+def outdated(session: Session) -> Html:
+    """A remark where the diagnosis is of another data set than the session's."""
+    if not session.is_outdated:
+        return Html("")
+    return note("The data set is younger than this diagnosis: diagnose again.", mood="open")
+
+
 def form(action: str, *body: object, **attributes: object) -> Html:
     """A form that is sent to this server."""
     return element("form", *body, method="post", action=action, **attributes)

@@ -3,7 +3,6 @@
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from starlette.responses import Response
@@ -18,6 +17,7 @@ from acf_jax.app.pages.layout import (
     job_panel,
     note,
     number,
+    outdated,
     page,
     running,
     select,
@@ -52,6 +52,7 @@ def using(session: Session, faults: Sequence[str] = ()) -> Response:
             )
         )
         return page("Use", *body, session=session, step="use")
+    body.append(outdated(session))
     try:
         body += [_sliders(session), _questions(session)]
     except InputError as error:
@@ -135,9 +136,7 @@ def _sliders(session: Session) -> Html:
     rows = []
     for name, (low, high, first) in spans.items():
         label, unit, step = words[name]
-        rows.append(
-            slider(name, label, _up(low, step), _down(high, step), step, _down(first, step), unit)
-        )
+        rows.append(slider(name, label, _up(low, step), _down(high, step), step, _down(first, step), unit))
     layout = {
         "xaxis": axis("contact velocity / m/s"),
         "yaxis": axis("peak contact force / N", rangemode="tozero"),
@@ -155,7 +154,7 @@ def _sliders(session: Session) -> Html:
         who = "the paper's equations with the refitted rig"
     told = element(
         "p",
-        f"Answered by {who}. The questions below count everything uncertain by draws, and say when the robot must stop.",
+        f"Answered by {who}. The questions below draw everything uncertain, and say when the robot must stop.",
         class_="muted",
     )
     said = element("output", id="peak-said", for_=" ".join(spans), aria_live="polite", class_="verdict")
@@ -233,11 +232,16 @@ def _downloads(session: Session) -> Html:
         _link(f"{url}/script.sh", "Script: the commands of every step", True),
         _link(f"{url}/script.py", "Script: the same in Python", True),
     ]
-    has_net = session.has(*Path(LEARNT).parts)
-    for name, word in ((LEARNT, "Surrogate, model.eqx"), (HEADER, "C99 header"), (ONNX, "ONNX model")):
-        links.append(_link(f"{url}/file/{name}?download=1", word, session.has(*Path(name).parts)))
+    has_net = session.is_younger(LEARNT, f"{DIAGNOSIS}/model.json")
+    outputs = ((LEARNT, "Surrogate, model.eqx"), (HEADER, "C99 header"), (ONNX, "ONNX model"))
+    for name, word in outputs if has_net else ():
+        is_new = name == LEARNT or session.is_younger(name, LEARNT)
+        links.append(_link(f"{url}/file/{name}?download=1", word, is_new))
+    told = " about a minute; answers on a controller"
+    if session.has(LEARNT) and not has_net:
+        told = " the one that is there is of an earlier diagnosis"
     train = form(f"{url}/train", button("Train a surrogate again" if has_net else "Train a surrogate"),
-                 element("span", " about a minute; answers on a controller", class_="muted"))  # fmt: skip
+                 element("span", told, class_="muted"))  # fmt: skip
     export = form(f"{url}/export", button("Write C and ONNX")) if has_net else None
     return element("section", element("h2", "Take away", id="take-title"), bullets([link for link in links if link]),
                    element("div", train, export, class_="row"), aria_labelledby="take-title")  # fmt: skip
