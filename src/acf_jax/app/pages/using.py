@@ -212,7 +212,7 @@ def _questions(session: Session) -> Html:
                 choice("check", "area", "Body area (ISO/TS 15066)", areas),
                 entry("check", "v", "Velocity, m/s", v_high), entry("check", "f_p", "Pretension, N", f_high),
                 choice("check", "contact", "The body is", CONTACTS),
-                entry("check", "stop", "Robot stopped after, s", 0.05),
+                entry("check", "stop", "Robot stopped after, s, if known", ""),
             ),
         ]
     )  # fmt: skip
