@@ -15,8 +15,11 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from acf_jax.app import answers, sessions
-from acf_jax.app.answers import Form
+from acf_jax.app import sessions
+from acf_jax.app.answers import opening as recordings
+from acf_jax.app.answers import steps as session_steps
+from acf_jax.app.answers import using as models
+from acf_jax.app.answers.requests import Form, show
 from acf_jax.app.pages import cutting, diagnosing, opening, planning, rig, using
 from acf_jax.app.pages.layout import faults_box, page
 from acf_jax.app.security import Guard, Places
@@ -50,39 +53,39 @@ def _routes() -> list[Route]:
         "diagnose": diagnosing.diagnosing, "use": using.using,
     }  # fmt: skip
     of_session: dict[str, Callable[[Request], Response]] = {
-        **{step: answers.show(shown) for step, shown in steps.items()},
-        "preview": answers.preview,
-        "curve": answers.curve,
-        "file/{path:path}": answers.file_of,
-        "report.pdf": answers.pdf,
-        "script.{kind}": answers.script,
+        **{step: show(shown) for step, shown in steps.items()},
+        "preview": recordings.preview,
+        "curve": models.curve,
+        "file/{path:path}": models.file_of,
+        "report.pdf": models.pdf,
+        "script.{kind}": models.script,
     }
     changes: dict[str, Callable[[Request, Form], Response]] = {
-        "signals": answers.save_signals,
-        "rescale": answers.rescale,
-        "without-robot": answers.without_robot,
-        "cuts": answers.save_cuts,
-        "forget-cuts": answers.forget_cuts,
-        "rig": answers.save_rig,
-        "plan": answers.start_plan,
-        "diagnose": answers.start_diagnosis,
-        "train": answers.start_training,
-        "export": answers.start_export,
-        "ask/{question}": answers.ask,
-        "cancel": answers.cancel,
+        "signals": session_steps.save_signals,
+        "rescale": session_steps.rescale,
+        "without-robot": recordings.without_robot,
+        "cuts": session_steps.save_cuts,
+        "forget-cuts": session_steps.forget_cuts,
+        "rig": session_steps.save_rig,
+        "plan": session_steps.start_plan,
+        "diagnose": session_steps.start_diagnosis,
+        "train": models.start_training,
+        "export": models.start_export,
+        "ask/{question}": models.ask,
+        "cancel": session_steps.cancel,
     }
     at = "/s/{place}/{name}"
     return [
-        _get("/", answers.all_sessions),
+        _get("/", recordings.all_sessions),
         Route("/static/{file}", _static, methods=["GET"]),
-        _get("/browse/{place}/{path:path}", answers.browse),
-        Route("/upload", answers.upload, methods=["PUT"]),
-        _post("/new", answers.new_session),
-        _post("/open", answers.open_recording),
-        _get("/fleet", answers.fleet),
-        _post("/fleet", answers.compare_fleet),
-        _get("/fleet/{label}/{path:path}", answers.fleet_file),
-        Route(f"{at}/events", answers.events, methods=["GET"]),
+        _get("/browse/{place}/{path:path}", recordings.browse),
+        Route("/upload", recordings.upload, methods=["PUT"]),
+        _post("/new", recordings.new_session),
+        _post("/open", recordings.open_recording),
+        _get("/fleet", models.fleet),
+        _post("/fleet", models.compare_fleet),
+        _get("/fleet/{label}/{path:path}", models.fleet_file),
+        Route(f"{at}/events", session_steps.events, methods=["GET"]),
         *(_get(f"{at}/{name}", answer) for name, answer in of_session.items()),
         *(_post(f"{at}/{name}", answer) for name, answer in changes.items()),
     ]

@@ -7,7 +7,8 @@ from starlette.responses import Response
 
 from acf_jax.app import jobs, signals
 from acf_jax.app.pages.layout import button, embedded, faults_box, form, hidden, job_panel, note, page
-from acf_jax.app.pages.opening import WORDS, offers
+from acf_jax.app.pages.opening import offers
+from acf_jax.app.pages.roles import WORDS
 from acf_jax.app.sessions import CUTS, DATA, MAPPING, Session
 from acf_jax.forms import check_form
 from acf_jax.recording.review import AUTO, SCHEMA, Entry, Review, review_text
