@@ -4,10 +4,12 @@ import json
 import shutil
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
 from acf_jax.app import fleets
+from acf_jax.app.pages.fleet import fleet
 from acf_jax.app.security import Places
 from acf_jax.app.sessions import Session, every
 from acf_jax.errors import InputError
@@ -50,6 +52,11 @@ def test_a_cause_that_changed_is_found(tmp_path: Path) -> None:
     found = read_fleet(tmp_path / "fleets" / second)
     assert [(change.rig, change.what) for change in found.changes] == [("south", "cause")]
     assert found.since == (first,) and (tmp_path / "fleets" / second / "south/report.html").is_file()
+    # the page links the reports, since the comparison's own frame may not
+    shown = fleet(Places([tmp_path]), second).body.decode()
+    assert (
+        f'href="/fleet/{quote(second)}/south/report.html"' in shown and fleets.reports(tmp_path, "..") == []
+    )
     # a rig that is left out is told as missing
     third = fleets.compare(tmp_path, sessions(tmp_path)[:1], [first, second])
     assert read_fleet(tmp_path / "fleets" / third).missing == ("south",)

@@ -27,6 +27,11 @@ def earlier(home: Path) -> list[str]:
     return [name for _, name in sorted(found)]
 
 
+def reports(home: Path, label: str) -> list[str]:
+    """Names of the rigs of a comparison whose reports are there."""
+    return sorted(path.parent.name for path in (home / FOLDER / label).glob("*/report.html"))
+
+
 def compare(home: Path, sessions: Sequence[Session], since: Sequence[str]) -> str:
     """Write a comparison of diagnosed sessions; its name.
 

@@ -35,6 +35,12 @@ def fleet(places: Places, shown: str = "", faults: Sequence[str] = ()) -> Respon
             )
         )
     if shown in known:
+        # the frame is in a sandbox and may not open them itself
+        whole = (
+            element("li", element("a", rig, href=f"/fleet/{quote(shown)}/{quote(rig)}/report.html"))
+            for rig in fleets.reports(places.folders[0], shown)
+        )
+        body += [element("h2", "Reports of the rigs"), element("ul", *whole)]
         body.append(embedded(f"/fleet/{quote(shown)}/index.html", f"Comparison {shown}"))
     return page("Fleet", *body, step="fleet")
 
