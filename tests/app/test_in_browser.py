@@ -61,11 +61,6 @@ class Looker:
                 return
         raise AssertionError(f"Tab does not lead to {selector}")
 
-    def press(self, selector: str, key: str = "Enter") -> None:
-        """Tab to a control and press a key there."""
-        self.tab_to(selector)
-        self.page.keyboard.press(key)
-
     def done(self) -> None:
         """Nothing went wrong, and nothing outside was asked for."""
         self.context.close()
