@@ -8,6 +8,7 @@ from acf_jax.cli._json import echo_json
 from acf_jax.cli._origin import OVERWRITE, foreign_files, origin
 from acf_jax.cli._progress import stages
 from acf_jax.cli._seed import SEED
+from acf_jax.provenance import FILE
 
 EXAMPLES = """
 \b
@@ -56,7 +57,7 @@ def command(
 
     faults = [f"--out {out}: is a file; name a folder"] if out.exists() and not out.is_dir() else []
     faults += foreign_files(
-        (out / name for name in ("diagnosis.json", "model.json", "report.html")), overwrite
+        (out / name for name in ("diagnosis.json", "model.json", "report.html", FILE)), overwrite
     )
     data = collected(faults, lambda: read_dataset(dataset))  # told before anything slow is loaded
     if faults or data is None:

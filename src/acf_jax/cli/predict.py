@@ -10,7 +10,7 @@ import click
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._origin import OVERWRITE, foreign_files
 from acf_jax.cli._progress import stages
-from acf_jax.cli._stale import traces_of
+from acf_jax.cli._stale import traces_of, unknown
 
 if TYPE_CHECKING:
     from acf_jax.predict import Prediction
@@ -78,6 +78,9 @@ def command(
         faults.append(f"--out {out}: holds a data set, whose traces have these names; name another folder")
     faults += foreign_files([out / "predictions.csv"], overwrite)
     trials = collected(faults, lambda: read_conditions(conditions))
+    if trials is not None and not overwrite:
+        known = traces_of(out / "predictions.csv", COLUMNS[-1])
+        faults += unknown((out / "traces" / f"{t.name}.csv" for t in trials), out, known)
     if faults or trials is None:
         raise InputError(faults)
 
