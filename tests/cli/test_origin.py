@@ -171,3 +171,8 @@ def test_an_origin_is_told_in_a_sentence(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", EPOCH)
     told = str(Origin("acf-jax diagnose set", {"set": "0123456789abcdef"}))
     assert told == "Made on 2026-03-01 at 10:00 UTC by `acf-jax diagnose set` of set (SHA-256 0123456789ab)."
+    many = str(Origin("acf-jax fleet rigs", {f"rig-{n}": f"{n:064x}" for n in range(1000)}))
+    assert (
+        many.endswith(", rig-4 (SHA-256 000000000000), 995 others in provenance.json.")
+        and "rig-5" not in many
+    )

@@ -127,7 +127,7 @@ def test_of_a_single_condition_no_figure_is_called_unseen(gravity_set: GapDatase
     assert content["shrinkage"] == {"force": None, "peak": None}
     assert any("one condition" in warning for warning in content["warnings"])
     write_report(tmp_path / "report.html", found, content)
-    assert "so none is unseen" in (tmp_path / "report.html").read_text()
+    assert "so none is held out" in (tmp_path / "report.html").read_text()
 
 
 def test_a_free_curve_that_goes_astray_where_it_did_not_see_predicts_no_force(

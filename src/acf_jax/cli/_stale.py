@@ -35,10 +35,8 @@ def unknown(paths: Iterable[Path], folder: Path, known: Iterable[str]) -> list[s
 
 def foreign_training(out: Path, overwrite: bool) -> list[str]:
     """The faults of the folder of a training run, where it holds results that no training wrote."""
-    plain = (
-        () if (out / "metrics.json").is_file() else ("config.yaml", "timings.json")
-    )  # which name no program
-    names = ("model.eqx", "report.html", "metrics.json", FILE, *plain)
+    plain = () if (out / "metrics.json").is_file() else ("timings.json",)  # which names no program
+    names = ("model.eqx", "report.html", "metrics.json", "config.yaml", FILE, *plain)
     return foreign_files((out / name for name in names), overwrite)
 
 
