@@ -11,7 +11,7 @@ from validation.blind.summary import Row
 from validation.blind.table import cause_of, lifelike_figures, mark, named
 from validation.blind.targets import shown, targets
 
-VERDICTS = {True: ("met", "good"), False: ("missed", "bad"), None: ("no such case", "muted")}
+VERDICTS = {True: ("met", "good"), False: ("missed", "bad"), None: ("too few cases", "muted")}
 
 
 def score_page(name: str, rows: Sequence[Row], score: dict[str, Any], origin: str = "") -> str:

@@ -29,6 +29,7 @@ from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
+from acf_jax.errors import suggestion
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, posterior
 from acf_jax.gap_model import FORM_MOST
@@ -98,10 +99,11 @@ def diagnose(
 
     **Raises:** `InputError` when fewer than three trials can be used, `ValueError` where `without` names no effect.
     """
-    if strange := set(without) - library().keys():
-        raise ValueError(
-            f"no effect is called {', '.join(map(repr, sorted(strange)))}; take of {sorted(library())}"
-        )
+    without = [without] if isinstance(without, str) else without
+    if strange := sorted(set(without) - library().keys()):
+        known = sorted(library())
+        hint = suggestion(strange[0], known) or f"; take of {known}"
+        raise ValueError(f"no effect is called {', '.join(map(repr, strange))}{hint}")
     progress("looking at the data")
     names = [trial.name for trial in dataset.trials]
     quality = assess_low_passed(dataset, low_pass) if low_pass else assess_dataset(dataset)
