@@ -36,7 +36,8 @@ from acf_jax.forms import Part, check_form
 ABOUT, MAPPING, CUTS, RIG = "session.yaml", "mapping.yaml", "cuts.yaml", "rig.yaml"
 DATA, DIAGNOSIS, PLAN, SURROGATE, UPLOADED = "data", "diagnosis", "plan", "surrogate", "recording"
 NAME = re.compile(r"[^\W_][\w.+ -]{0,79}")
-PARTS = (FOLDER, ABOUT, UPLOADED, MAPPING, CUTS, RIG, DATA, DIAGNOSIS, PLAN, SURROGATE)
+UNFINISHED = f".{DIAGNOSIS}.unfinished"  # fits of a diagnosis that was interrupted
+PARTS = (FOLDER, ABOUT, UPLOADED, MAPPING, CUTS, RIG, DATA, DIAGNOSIS, UNFINISHED, PLAN, SURROGATE)
 NEW = "none"  # version of a file that is not there
 
 

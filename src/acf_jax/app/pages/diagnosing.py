@@ -20,6 +20,7 @@ from acf_jax.app.pages.layout import (
     page,
     running,
 )
+from acf_jax.app.pages.provisional import known_so_far
 from acf_jax.app.sessions import DATA, DIAGNOSIS, Session
 from acf_jax.report.markup import Html, element, table, void
 from acf_jax.report.plot import Variant, axis, plot, series
@@ -33,6 +34,8 @@ def diagnosing(session: Session, faults: Sequence[str] = ()) -> Response:
     job = jobs.job(session.folder, "diagnose")
     busy = running(session)
     body: list[object] = [faults_box(faults), job_panel(session, busy or job)]
+    if busy and busy.kind == "diagnose":
+        body.append(known_so_far(busy.known))
     if not session.is_imported:
         body.append(
             note("No data set yet: ", element("a", "cut a recording", href=f"{session.url}/cut"), " first.")

@@ -45,7 +45,7 @@ def page(
     name = element("a", "acf-jax", href="/", class_="brand")
     where = [element("a", session.name, href=f"{session.url}/open", class_="where")] if session else []
     head = element("header", element("div", name, *where, class_="bar"), _steps(session, step))
-    files = ("plotly.js", "page.js", "app.js", *scripts)
+    files = ("renew.js", "plotly.js", "page.js", "app.js", *scripts)
     loaded = join(element("script", src=f"/static/{file}", defer=True) for file in files)
     foot = element(
         "footer",
@@ -206,11 +206,13 @@ def job_panel(session: Session, job: Job | None) -> Html:
         element("h2", word, id="job-title"),
         element("progress", aria_labelledby="job-title", id="job-progress", max=1),
         element("p", "starting", id="job-said", role="status", aria_live="polite"),
+        element("p", id="job-clock", class_="muted", aria_hidden="true"),
         element("ol", id="job-stages", class_="stages", aria_label="Stages"),
         form(f"{session.url}/cancel", button("Cancel")),
         class_="box job",
         id="job",
         data_events=f"{session.url}/events",
+        data_known=len(job.known),
         aria_labelledby="job-title",
     )
 
