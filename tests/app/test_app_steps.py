@@ -1,13 +1,12 @@
 """What the pages write, the commands read, and the other way round; two tabs do not corrupt one another."""
 
 import json
-import time
 from pathlib import Path
 
 import pytest
 import yaml
 from click.testing import CliRunner
-from served import RIG, Served
+from served import RIG, Served, wait
 
 from acf_jax.app import jobs, signals
 from acf_jax.app.pages import planning
@@ -16,18 +15,6 @@ from acf_jax.errors import InputError
 from acf_jax.recording.rig import read_rig_file
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def wait(app: Served, url: str) -> jobs.Job:
-    """The last job of a session, once it has ended."""
-    folder = app.home / url.rpartition("/")[2].replace("%20", " ")
-    end = time.monotonic() + 120
-    while time.monotonic() < end:
-        job = jobs.last(folder)
-        if job is not None and not job.is_running:
-            return job
-        time.sleep(0.02)
-    raise AssertionError("the job does not end")
 
 
 def version(app: Served, page: str) -> str:

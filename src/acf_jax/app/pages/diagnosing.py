@@ -8,6 +8,7 @@ from itertools import pairwise
 from starlette.responses import Response
 
 from acf_jax.app import jobs
+from acf_jax.app.current import diagnosed_by
 from acf_jax.app.pages.layout import (
     button,
     embedded,
@@ -69,7 +70,9 @@ def effects() -> dict[str, str]:
 def without_of(session: Session) -> list[str]:
     """The causes that the last diagnosis was told cannot be."""
     job = jobs.job(session.folder, "diagnose")
-    command = job.command if job else ()
+    if job is None:
+        return diagnosed_by(session)[0]
+    command = job.command
     return [name for option, name in pairwise(command) if option == "--without"]
 
 

@@ -6,6 +6,7 @@ from starlette.responses import HTMLResponse
 
 from acf_jax import __version__
 from acf_jax.app import jobs
+from acf_jax.app.current import is_outdated
 from acf_jax.app.jobs import Job
 from acf_jax.app.sessions import Session
 from acf_jax.report.markup import Html, bullets, element, escape, join, void
@@ -30,6 +31,10 @@ ENDED = {
     "failed": ("bad", "Ended without a result"),
     "stopped": ("open", "Cancelled; nothing is left half-written"),
     "interrupted": ("bad", "Interrupted: its process is gone. Nothing is left half-written; start it again"),
+}
+GOES_ON = {  # what a diagnosis has fitted is kept
+    "stopped": "Cancelled; nothing is left half-written. Started again it goes on where it was",
+    "interrupted": "Interrupted: its process is gone. Started again it goes on where it was",
 }
 
 
@@ -103,9 +108,9 @@ def note(*text: object, mood: str = "") -> Html:
 
 def outdated(session: Session) -> Html:
     """A remark where the diagnosis is of another data set than the session's."""
-    if not session.is_outdated:
+    if not is_outdated(session):
         return Html("")
-    return note("The data set is younger than this diagnosis: diagnose again.", mood="open")
+    return note("The data set is another than the one that was diagnosed: diagnose again.", mood="open")
 
 
 def form(action: str, *body: object, **attributes: object) -> Html:
@@ -193,6 +198,8 @@ def job_panel(session: Session, job: Job | None) -> Html:
     word = DOING[job.kind]
     if not job.is_running:
         mood, said = ENDED[job.state]
+        if job.kind == "diagnose":
+            said = GOES_ON.get(job.state, said)
         if job.state == "done":
             return Html("")
         return join(

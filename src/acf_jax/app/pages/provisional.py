@@ -1,7 +1,7 @@
 """Step 5, Diagnose: the report as it fills, from what a running diagnosis has told so far."""
 
 from collections import ChainMap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from acf_jax.report.markup import Html, element, table
@@ -54,4 +54,4 @@ def _figure(value: float | None, unit: str) -> str:
     return "–" if value is None else si(float(value), 3, unit)
 
 
-PARTS = {"trust": _trust, "gap": _gap, "log_evidence": _evidence}
+PARTS: dict[str, Callable[[Any], list[Html]]] = {"trust": _trust, "gap": _gap, "log_evidence": _evidence}
