@@ -39,7 +39,11 @@ def run(folder: Path, text: str, kind: str) -> str:
     program = ["sh"] if kind == "sh" else [sys.executable]
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        [*program, f"session.{kind}"], cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
+        [*program, f"session.{kind}"],
+        cwd=folder,
+        env=os.environ | {"PATH": path},
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -115,7 +119,9 @@ def test_a_script_repeats_every_step(whole: tuple[Path, dict[str, str]], tmp_pat
 @pytest.mark.long
 def test_a_script_leaves_nothing_out(whole: tuple[Path, dict[str, str]]) -> None:
     _, answers = whole
-    commands = [line.split()[3] for line in answers["sh"].splitlines() if line.startswith("python -m acf_jax")]
+    commands = [
+        line.split()[3] for line in answers["sh"].splitlines() if line.startswith("python -m acf_jax")
+    ]
     assert commands == ["import", "plan", "diagnose", "speed", "design", "check"]
     assert answers["sh"].count("--without") == len(effects()) - 2
     assert "review='cuts.yaml'" in answers["py"]
@@ -144,10 +150,14 @@ def test_a_script_takes_no_word_of_a_foreign_folder(app: Served) -> None:
     command = "acf-jax diagnose x --without end_stop --without '; rm -rf ~' --low-pass $(id)"
     (folder / "diagnosis/provenance.json").write_text(json.dumps({"command": command, "made_of": 3}))
     (folder / ".app").mkdir()
-    asked = {"speed": {"f_p": "1; id", "limit": "2"}, "check": {"area": "x'; id; '", "v": "1", "f_p": "2"}, "design": 3}
+    asked = {
+        "speed": {"f_p": "1; id", "limit": "2"},
+        "check": {"area": "x'; id; '", "v": "1", "f_p": "2"},
+        "design": 3,
+    }
     (folder / ".app/asked.json").write_text(json.dumps(asked))
     shell, python = (app.get(f"/s/0/foreign%20words/script.{kind}").text for kind in ("sh", "py"))
     assert "rm -rf" not in shell and "$(id)" not in shell and "speed" not in shell and "design" not in shell
     assert "--without end_stop" in shell and "'x'\"'\"'; id; '\"'\"''" in shell
     compile(python, "script", "exec")
-    assert 'body_area="x\'; id; \'"' in python
+    assert "body_area=\"x'; id; '\"" in python
