@@ -79,7 +79,17 @@ def test_a_file_of_cuts_and_what_a_rig_file_says_of_measuring_count_as_for_the_c
     rig, cuts = tmp_path / "rig.yaml", tmp_path / "cuts.yaml"
     rig.write_text(RIG + "measurement: {force_noise_std_n: 0.9}\n")
     given = [f"--{name}={SIGNALS[name]}" for name in ("force", "velocity", "pretension", "time")]
-    command = ["import", str(press), "--out", str(tmp_path / "set"), "--rig", str(rig), "--review", str(cuts), *given]
+    command = [
+        "import",
+        str(press),
+        "--out",
+        str(tmp_path / "set"),
+        "--rig",
+        str(rig),
+        "--review",
+        str(cuts),
+        *given,
+    ]
 
     def run() -> None:
         with pytest.raises(SystemExit) as end:

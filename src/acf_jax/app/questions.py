@@ -59,7 +59,7 @@ def call_of(question: str, fields: Mapping[str, str]) -> Call:
 
 def keep(session: Session, question: str, fields: Mapping[str, str]) -> None:
     """Note a question that was answered; one for the best setting becomes a file that `design` reads."""
-    known = {name: dict(one) for name, one in _kept(session).items()} | {question: dict(fields)}
+    known = {name: one for name, one in _kept(session).items() if name in COMMANDS} | {question: dict(fields)}
     write_text(session.folder / ASKED, json.dumps(known))
     if question == "design":
         call = call_of(question, fields)
