@@ -108,7 +108,7 @@ def test_a_file_of_cuts_and_what_a_rig_file_says_of_measuring_count_as_for_the_c
     assert len(here.trials) == len(CONDITIONS) - 1
     same_trials(here, by_command)
     assert len(session.drop("t004").dataset().trials) == len(here.trials) - 1  # beside what the file decides
-    with pytest.raises(InputError, match="cuts.yaml"):
+    with pytest.raises(InputError, match=r"cuts\.yaml"):
         opened(shutil.copy(press, tmp_path / "other.csv"), review=cuts)
 
 

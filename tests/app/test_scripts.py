@@ -66,7 +66,8 @@ def whole(app: Served, wrong_sign: Path) -> tuple[Path, dict[str, str]]:
     url = app.upload(wrong_sign, name="every step.csv").json["next"].removesuffix("/open").replace(" ", "%20")
     folder = app.home / "every step"
     fields = {"force": '["force_n", null]', "force-turned": "on", "speed": '["velocity_m_per_s", null]',
-              "speed-kind": "velocity", "pretension": '["pretension_n", null]', "version": "none", "tare": "on"}  # fmt: skip
+              "speed-kind": "velocity", "pretension": '["pretension_n", null]', "version": "none",
+              "tare": "on"}  # fmt: skip
     assert app.post(f"{url}/signals", fields).status == 303
     assert wait(app, url).state == "done"
     assert app.post(f"{url}/rig", RIG | {"noise": "0.8", "version": "none"}).status == 303

@@ -1,13 +1,14 @@
 """Whether results of a session belong together: by what they were made of, not by when they were written."""
 
-import json
 import shlex
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from acf_jax.app.sessions import DATA, DIAGNOSIS, Session
 from acf_jax.errors import InputError
+from acf_jax.files import read_json_mapping
 from acf_jax.provenance import FILE
 
 
@@ -69,9 +70,8 @@ def is_made_of(path: Path, checksum: str | None) -> bool:
     return checksum is not None and path.is_file() and checksum.encode() in path.read_bytes()
 
 
-def _json(path: Path) -> dict[str, object]:
+def _json(path: Path) -> dict[str, Any]:
     try:
-        content = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
+        return read_json_mapping(path, "diagnose again")
+    except InputError:
         return {}
-    return content if isinstance(content, dict) else {}

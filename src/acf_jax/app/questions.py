@@ -13,7 +13,7 @@ from acf_jax.app.jobs import FOLDER
 from acf_jax.app.sessions import DESIGN, Session
 from acf_jax.documents import yaml_text
 from acf_jax.errors import InputError, shown
-from acf_jax.files import write_text
+from acf_jax.files import read_json_mapping, write_text
 
 ASKED = f"{FOLDER}/asked.json"
 Call = dict[str, Any]  # arguments of `acf_jax.speed`, `design` or `check` behind the model
@@ -79,10 +79,9 @@ def asked(session: Session) -> dict[str, Call]:
 
 def _kept(session: Session) -> dict[str, Any]:
     try:
-        content = json.loads((session.folder / ASKED).read_text("utf-8"))
-    except (OSError, ValueError):
+        return read_json_mapping(session.folder / ASKED, "ask again")
+    except InputError:
         return {}
-    return content if isinstance(content, dict) else {}
 
 
 def _speed(call: Call, model: str) -> list[str]:

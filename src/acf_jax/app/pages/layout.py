@@ -214,6 +214,7 @@ def job_panel(session: Session, job: Job | None) -> Html:
         element("progress", aria_labelledby="job-title", id="job-progress", max=1),
         element("p", "starting", id="job-said", role="status", aria_live="polite"),
         element("p", id="job-clock", class_="muted", aria_hidden="true"),
+        *(element("p", line, class_="muted") for line in job.messages if line.startswith("note: ")),
         element("ol", id="job-stages", class_="stages", aria_label="Stages"),
         form(f"{session.url}/cancel", button("Cancel")),
         class_="box job",
