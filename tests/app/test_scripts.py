@@ -135,11 +135,9 @@ def test_a_script_asks_the_same_questions(app: Served) -> None:
     (folder / "diagnosis/diagnosis.json").write_text("{}")
     answers = asked(app, "/s/0/asked")
     shell, python = (app.get(f"/s/0/asked/script.{kind}").text for kind in ("sh", "py"))
-    lines = [line for line in shell.splitlines() if " diagnose " not in line]
-    assert len(lines) == len(shell.splitlines()) - 1  # the data set is not there
-    check_numbers(answers, run(folder, "\n".join(lines), "sh"))
-    lines = [line for line in python.splitlines() if "diagnosis" not in line or "read_model" in line]
-    check_numbers(answers, run(folder, "\n".join(lines), "py"))
+    assert "diagnose" not in shell + python  # the data set is not there
+    check_numbers(answers, run(folder, shell, "sh"))
+    check_numbers(answers, run(folder, python, "py"))
 
 
 def test_a_script_takes_no_word_of_a_foreign_folder(app: Served) -> None:
@@ -148,6 +146,8 @@ def test_a_script_takes_no_word_of_a_foreign_folder(app: Served) -> None:
     (folder / "diagnosis").mkdir(parents=True)
     shutil.copy(MODEL, folder / "diagnosis/model.json")
     (folder / "diagnosis/diagnosis.json").write_text("{}")
+    (folder / "data").mkdir()
+    (folder / "data/trials.csv").write_text("")
     command = "acf-jax diagnose x --without end_stop --without '; rm -rf ~' --low-pass $(id)"
     (folder / "diagnosis/provenance.json").write_text(json.dumps({"command": command, "made_of": 3}))
     (folder / ".app").mkdir()

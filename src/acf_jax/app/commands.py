@@ -60,8 +60,8 @@ def planned(session: Session) -> list[str] | None:
 
 
 def diagnosed(session: Session) -> list[str] | None:
-    """The command of the diagnosis; None where there is none."""
-    if not session.is_diagnosed:
+    """The command of the diagnosis; None where there is none, or no data set to repeat it with."""
+    if not (session.is_diagnosed and session.is_imported):
         return None
     without, low_pass = diagnosed_by(session)
     return diagnose_command(without) + (["--low-pass", f"{low_pass:g}"] if low_pass else [])

@@ -15,16 +15,16 @@ ABOUT = "Repeats the session. Run it in the session's folder, which holds the fi
 def shell_script(session: Session) -> str:
     """The commands."""
     has_recording = session.recording() is not None and session.is_imported
-    has_net, diagnosis = commands.model_file(session) == LEARNT, commands.diagnosed(session)
+    has_net = commands.model_file(session) == LEARNT
     steps = [
         commands.import_command(session) if has_recording else None,
         commands.planned(session),
-        diagnosis,
+        commands.diagnosed(session),
         commands.train_command() if has_net else None,
         commands.export_command() if has_net and session.has(HEADER) else None,
     ]
     lines = [_line(step) for step in steps if step]
-    if diagnosis:
+    if session.is_diagnosed:
         model = commands.model_file(session)
         questions = [_line(COMMANDS[name](call, model)) for name, call in asked(session).items()]
         # a `no` ends with 1, and is an answer
@@ -49,13 +49,14 @@ def python_script(session: Session) -> str:
         lines.append(f"data = acf.read_dataset({DATA!r})")
     if plan:
         lines.append(_asked_of_command(plan))
-    if session.is_diagnosed:
+    if commands.diagnosed(session):
         without, low_pass = diagnosed_by(session)
         options = {"without": without} if without else {}
         lines.append(
             f"diagnosis = acf.diagnose({_arguments({'': Name('data')} | options | _filter(low_pass))})"
         )
         lines += [f"diagnosis.save({DIAGNOSIS!r})", "print(diagnosis)"]
+    if session.is_diagnosed:
         lines.append(
             f"model = acf.train({MODEL!r}, {SURROGATE!r})"
             if has_net
