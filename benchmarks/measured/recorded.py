@@ -1,6 +1,6 @@
 """A measured set as its rig's script builds it, and how it is written as a gap data set."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -57,7 +57,9 @@ def first_contact(time: Array, force: Array, threshold: float) -> float:
     return float(time[first - 1])
 
 
-def with_force(measured: MeasuredSet, name: str, description: str, change) -> MeasuredSet:  # type: ignore[no-untyped-def]
+def with_force(
+    measured: MeasuredSet, name: str, description: str, change: Callable[[Array, Array], Array]
+) -> MeasuredSet:
     """The same set under another name, each force replaced by `change(time, force)`: an injected cause."""
     trials = tuple(replace(t, force=change(t.time, t.force)) for t in measured.trials)
     return replace(measured, name=name, description=description, trials=trials)

@@ -13,7 +13,7 @@ from acf_jax.dataset import read_dataset
 from acf_jax.documents import parse_json
 from acf_jax.errors import InputError
 from acf_jax.files import write_text
-from benchmarks.measured.answers import OUTCOMES, read_answers, outcome
+from benchmarks.measured.answers import OUTCOMES, outcome, read_answers
 
 LONGEST = 1800.0  # s that one diagnosis may take
 

@@ -1,8 +1,8 @@
 """Crash landings of the quadcopter CogniFly: free drops on concrete, three-axis acceleration at 1 kHz.
 
 Force = mass times acceleration along the vertical axis, which reads no gravity in free fall. Known by design: the soft
-bottom is a spring with a damper that is pressed flat (the authors: 7040 N/m, 46 N s/m, flat after 16 mm). Assumed: speed
-sqrt(2 g h) within 3 % (dropped by hand), no flange (k_F and d about zero), no pretension.
+bottom is a spring with a damper that is pressed flat (the authors: 7040 N/m, 46 N s/m, flat after 16 mm). Assumed:
+speed sqrt(2 g h) within 3 % (dropped by hand), no flange (k_F and d about zero), no pretension.
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,9 @@
 """Cones dropped into water: acceleration of the body at 4 kHz, nose rigid or on a spring, 25 to 125 cm.
 
-Force = mass of the body times its acceleration, which reads no gravity in free fall. Known by design: the contact is the
-entry into water, whose force grows with the square of the speed (no law of the library), and the spring between nose
-and body (8.16 or 1.74 kN/m; a nose of 65 to 69 g). Assumed: speed sqrt(2 g h) within 1 %, no flange, no pretension, a wide k_C.
+Force = mass of the body times its acceleration, which reads no gravity in free fall. Known by design: the contact is
+the entry into water, whose force grows with the square of the speed (no law of the library), and the spring between
+nose and body (8.16 or 1.74 kN/m; a nose of 65 to 69 g). Assumed: speed sqrt(2 g h) within 1 %, no flange, no
+pretension, a wide k_C.
 """
 
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ BODY = 0.5228  # kg
 NOSE = {"R": 0.0668, "F": 0.0683, "S": 0.0658}  # kg: bearing, cone of 60 degrees and spring
 RADIUS = 0.026  # m
 HEIGHTS = ("025", "050", "075", "100", "125")  # cm
-REPEATS = 4
+REPEATS = 3
 MEASUREMENT = Measurement(contact_velocity_rel_std=0.01)
 SETS = (
     ("cone_rigid_60", "R", "60", "rigid nose, half angle 60 degrees"),

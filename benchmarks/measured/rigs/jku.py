@@ -1,9 +1,9 @@
 """Flange tests of JKU Linz: a UR10e with an active contact flange meets a steel profile on a force sensor.
 
 Force at 1250 Hz and the robot's velocity at 500 Hz are read off the published vector plots, one vertex a sample. The
-first contact of each of the twelve runs of the ramp profile under flange control. Known by design: where the pretension
-was ramped up, 10 N act at contact; the profile lies on the sensor; the robot brakes on command at 0.25 m/s. Assumed: the
-moving mass (4.7 +- 0.8 kg, 3.38 kg of tool on an unpublished flange), wide priors else.
+first contact of each of the twelve runs of the ramp profile under flange control. Known by design: where the
+pretension was ramped up, 10 N act at contact; the profile lies on the sensor; the robot brakes on command at 0.25 m/s.
+Assumed: the moving mass (4.7 +- 0.8 kg, 3.38 kg of tool on an unpublished flange), wide priors else.
 """
 
 import re

@@ -2,9 +2,8 @@
 
 Known by design: the pad of 4 mm is pressed flat, which the thicker ones are not. Only the product m v and the force's
 ratio to m k matter: forces are given in units of 1/50 N, so that the soft spring lies within the limits of a data set;
-mass and stiffness scale alike. Assumed: the mass that the authors' documentation has (0.5 kg) within 10 %, k_C from its
-quarter period within 20 %, no pretension. Further pads have one speed each as well: a set of their own each, of no known
-cause.
+mass and stiffness scale alike. Assumed: the mass that the authors' documentation has (0.5 kg) within 10 %, k_C from
+its quarter period within 20 %, no pretension. The thicker pads have one speed each as well, and no known cause.
 """
 
 import csv

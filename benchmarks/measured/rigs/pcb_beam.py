@@ -2,7 +2,8 @@
 
 Force = acceleration of the board times 1 kg, a mass that only sets the scale; the board's channel counts the other way.
 Known by design: the sensor sits on a board that rings at 0.8 kHz between it and the base, and its channel ends at
-546.4 g. Assumed: the speed from the base's change of velocity at a restitution of one half, wide priors else. One speed.
+546.4 g. Assumed: the speed from the base's change of velocity at a restitution of one half, wide priors else. One
+speed only.
 """
 
 from collections.abc import Iterator

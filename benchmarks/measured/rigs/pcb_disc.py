@@ -2,8 +2,8 @@
 
 Force = acceleration of the board times 0.2 kg, a mass that only sets the scale. Known by design: the sensor sits on a
 board that rings at 4.2 kHz between it and the table, which hits the stop; tests 17 and 24 are marked faulty by their
-authors. Assumed: the speed from the table's change of velocity at a restitution of one half, wide priors else. One speed
-only.
+authors. Assumed: the speed from the table's change of velocity at a restitution of one half, wide priors else. One
+speed only.
 """
 
 from collections.abc import Iterator

@@ -71,7 +71,7 @@ def _paths_and_labels(page: str) -> tuple[list[list[tuple[float, float, str]]], 
 
 
 def _number(text: str) -> float | None:
-    """A label as a number; in LaTeX's fonts 0 is the minus sign, 1 the dot of 5 \N{DOT OPERATOR} 10^-2, a colon the decimal point."""
+    """A label as a number: in LaTeX's fonts 0 is a minus, 1 the dot of a product, and a colon the decimal point."""
     factor, _, exponent = text.replace("\\000", "-").replace(":", ".").partition("\\00110")
     try:
         return float(factor) * 10.0 ** float(exponent or 0)
