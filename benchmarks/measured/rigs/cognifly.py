@@ -36,7 +36,7 @@ WRONG = ("t010", "t011")  # drops from 1 m that the injected fault labels as one
 
 def sets(copy: Path) -> Iterator[MeasuredSet]:
     """The soft drops; with an injected filter, clipping and lag; with two wrong labels."""
-    trials = []
+    trials: list[Recorded] = []
     for height in HEIGHTS:
         folder = copy / f"SoftBottom_{100 * height:.0f}cm"
         drops = sorted(folder.glob("*.bin"), key=lambda p: int(p.stem.rsplit("-", 1)[-1]))[:DROPS]

@@ -18,19 +18,19 @@ def read_curves(path: Path) -> list[tuple[Array, Array]]:
     page = _page(path)
     paths, labels = _paths_and_labels(page)
     grid = [p for p in paths if len(p) > 1 and len({move for *_, move in p}) == 2][:2]
+    if len(grid) < 2:
+        raise InputError([f"{path}: it has no axes; copy the repository again"])
     ticks = [
         sorted({x for x, _, move in grid[0] if move == "m"}),
         sorted({y for _, y, move in grid[1] if move == "m"}),
     ]
-    numbers = [_number(text) for text in labels]
-    count = sum(len(t) for t in ticks)
-    if len(grid) < 2 or len(numbers) < count or None in numbers[:count]:
+    numbers = [n for text in labels if (n := _number(text)) is not None]
+    count = len(ticks[0])
+    if len(numbers) != count + len(ticks[1]):
         raise InputError([f"{path}: its axes are not those of a plot by LaTeX; copy the repository again"])
     scales = [
-        np.polyfit(t, n, 1)
-        for t, n in zip(
-            ticks, (numbers[: len(ticks[0])], numbers[len(ticks[0]) : count]), strict=True
-        )  # a straight line through all ticks
+        np.polyfit(at, says, 1)  # a straight line through all ticks
+        for at, says in zip(ticks, (numbers[:count], numbers[count:]), strict=True)
     ]
     curves = [np.array([(x, y) for x, y, _ in p]) for p in paths if len(p) > 100]
     return [(np.polyval(scales[0], c[:, 0]), np.polyval(scales[1], c[:, 1])) for c in curves]
