@@ -86,6 +86,7 @@ def test_the_best_free_curve_is_told_though_a_law_fits_better_by_any_factor() ->
     assert found.scored[0].explanation == UNKNOWN and found.scored[0].probability > 0.99
     assert found.curve[sensor] == pytest.approx(1.0) and sum(found.curve.values()) == pytest.approx(1.0)
     assert max(found.components().items(), key=lambda item: item[1])[0] == "sensor"
+    assert found.of(contact) > 0.0  # odds of any two explanations exist
 
 
 def test_the_credible_set_is_the_smallest_that_holds_95_percent() -> None:

@@ -116,8 +116,8 @@ def _among_curves(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Expl
     for m, value in zip(marginals, log_p.tolist(), strict=True):
         if is_free_curve(m.explanation):
             log_share[m.explanation] = float(np.logaddexp(log_share.get(m.explanation, -np.inf), value))
-    shares = softmax(list(log_share.values())) if log_share else ()
-    return dict(zip(log_share, map(float, shares), strict=True))
+    shares = np.maximum(softmax(list(log_share.values())), np.finfo(float).tiny) if log_share else np.empty(0)
+    return dict(zip(log_share, shares.tolist(), strict=True))
 
 
 def ranked(total: dict[Explanation, float]) -> tuple[Scored, ...]:
