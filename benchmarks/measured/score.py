@@ -23,23 +23,31 @@ def score(sets: Path, out: Path, only: Sequence[str] | None = None) -> None:
 
     **Arguments:** `sets`: what `build` wrote; `only`: names of rigs or sets, all where None.
 
-    **Raises:** `InputError` where there is no set, or the answers are not those that were frozen.
+    **Raises:** `InputError` where there is no set, the answers are not those that were frozen, or, after all others, a
+    diagnosis gave none.
     """
     answers = read_answers()
-    rows = []
+    rows: list[dict[str, Any]] = []
+    failed: list[str] = []
     for folder in sorted(path.parent for path in sets.glob("*/*/dataset.yaml")):
         rig, name = folder.parent.name, folder.name
         if name not in answers or (only and rig not in only and name not in only):
             continue
-        took = _diagnose(folder, out / rig / name)
+        try:
+            took = _diagnose(folder, out / rig / name)
+        except InputError as error:  # one set without an answer is no reason to lose the others
+            failed += error.faults
+            continue
         document = out / rig / name / "diagnosis.json"
         rows.append(_row(rig, name, len(read_dataset(folder).trials), took, document, answers[name]))
         print(_line(rows[-1]), flush=True)
-    if not rows:
+    if not rows and not failed:
         raise InputError([f"{sets} holds no set that has an answer; write them with `build`"])
     write_text(out / "results.json", json.dumps(rows, indent=1) + "\n")
     write_text(out / "table.md", table(rows))
     print("\n" + table(rows))
+    if failed:
+        raise InputError(failed)
 
 
 def _diagnose(folder: Path, out: Path) -> float | None:
