@@ -177,3 +177,21 @@ def test_a_score_takes_the_diagnoses_that_are_there(tmp_path, built, capsys):
     assert "| amh | 1 | 24 | 0 | 0 | 0 | 0 | 1 |" in (out / "table.md").read_text("utf-8")
     with pytest.raises(InputError, match="holds no set"):
         score(tmp_path, out)
+
+
+def test_a_set_without_an_answer_does_not_lose_the_others(tmp_path, built, monkeypatch):
+    out = tmp_path / "results"
+    found = diagnosed("insufficient_data", ["unknown"]) | {"gap": {}}
+    found["explanations"][0]["probability"] = 0.6
+
+    def only_the_white_tip(folder, result):
+        if folder.name == "amh_blue":
+            raise InputError([f"{folder}: no answer"])
+        result.mkdir(parents=True)
+        (result / "diagnosis.json").write_text(json.dumps(found), "utf-8")
+        return 1.0
+
+    monkeypatch.setattr("benchmarks.measured.score._diagnose", only_the_white_tip)
+    with pytest.raises(InputError, match="amh_blue: no answer"):
+        score(built["amh_blue"].folder.parents[1], out, only=["amh"])
+    assert "| amh | 1 | 24 | 0 | 0 | 0 | 0 | 1 |" in (out / "table.md").read_text("utf-8")
