@@ -99,7 +99,7 @@ def combine(p: np.ndarray, withheld: str = "") -> list[tuple[Explanation, float]
 def classify(case: Case, trained: Trained) -> Named:
     """What the classifier says of a case."""
     begin = time.perf_counter()
-    x = features(read_traces(case.data)[0])
+    x = features(read_traces(case.data))
     scored = combine(trained.outputs(x[None])[0], case.withheld)
     return Named(tuple(scored), time.perf_counter() - begin)
 

@@ -108,7 +108,9 @@ def _change(rng: np.random.Generator, setup: Setup, cause: str, time: np.ndarray
     low, high = (np.array([getattr(p, end) for p in known]) for end in ("low", "high"))
     size, target = 0.1, float(np.exp(rng.uniform(*np.log(LARGE))))
     for _ in range(TRIES):
-        theta = np.concatenate([_constants(setup), np.clip(np.where(strong, size * values, values), low, high)])
+        theta = np.concatenate(
+            [_constants(setup), np.clip(np.where(strong, size * values, values), low, high)]
+        )
         found = forward((cause,), theta, v_e, f_p, grid)
         at = np.arange(grid.steps + 1) * grid.h
         lost = np.logical_or.accumulate(found.contact <= 0, axis=1)

@@ -34,9 +34,8 @@ class Recalibrated(NamedTuple):
     """The paper's model refitted."""
 
     left: np.ndarray  # (trials, bins) N, of the force
-    shift: np.ndarray  # (6,) of m, d, k_F, k_C, the sensor's zero and the delay, in standard deviations
-    own: np.ndarray  # (trials, 3) of velocity, pretension and trigger, in standard deviations
-    misfit: float  # chi-square a bin
+    shift: np.ndarray  # (5,) of m, d, k_F, k_C and the sensor's zero, in standard deviations
+    own: np.ndarray  # (trials, 2) of velocity and pretension, in standard deviations
 
 
 def binned(traces: Traces) -> Binned:
@@ -70,7 +69,6 @@ def recalibrate(traces: Traces, seen: Binned) -> Recalibrated:
         over = own / variance[..., None]
         inner = np.eye(3) + np.einsum("tbk,tbl->tkl", own, over)
         size = np.linalg.solve(inner, np.einsum("tbk,tb->tk", over, left)[..., None])[..., 0]
-        precise = left / variance - np.einsum("tbk,tk->tb", over, size)  # Woodbury
         if iteration == ITERATIONS:
             break
         jacobian = _jacobian(traces, theta, seen.time - shared[1], slope) * std
@@ -82,10 +80,9 @@ def recalibrate(traces: Traces, seen: Binned) -> Recalibrated:
         u = u + change * min(1.0, 3.0 / float(np.abs(change).max()))
         theta = np.maximum(traces.rig + u[:4] * std[:4], LEAST * traces.rig)
         shared = u[4:] * std[4:]
-    shift = np.concatenate([(theta - traces.rig) / std[:4], shared / std[4:]])
+    shift = np.concatenate([(theta - traces.rig) / std[:4], shared[:1] / ZERO])
     filled = seen.count > 0
-    misfit = float((left * precise).sum() / max(int(filled.sum()), 1))
-    return Recalibrated((left - np.einsum("tbk,tk->tb", own, size)) * filled, shift, size, misfit)
+    return Recalibrated((left - np.einsum("tbk,tk->tb", own, size)) * filled, shift, size[:, :2])
 
 
 def features(traces: Traces) -> np.ndarray:
@@ -108,7 +105,6 @@ def features(traces: Traces) -> np.ndarray:
         np.log(each),
         np.log(rms * traces.noise / max(float(seen.force.max()), 1e-6)),
         np.log(certain),  # what noise alone makes of the first: how many samples there are
-        np.log(max(found.misfit, 1e-3)),
         *np.arcsinh(found.shift),
         *np.log(0.1 + np.sqrt((found.own**2).mean(0))),
     ]

@@ -38,13 +38,12 @@ class Traces:
         return TRIGGER * self.interval
 
 
-def read_traces(folder: Path) -> tuple[Traces, int]:
-    """The traces of a data set as our diagnosis would compare them, and the number of samples that it would.
+def read_traces(folder: Path) -> Traces:
+    """The traces of a data set as our diagnosis would compare them.
 
     **Raises:** `InputError` where the data cannot be read, or no trial has a trace.
     """
-    observed = observe(assess_dataset(read_dataset(folder)))
-    return traces_of(observed, folder), observed.n_used
+    return traces_of(observe(assess_dataset(read_dataset(folder))), folder)
 
 
 def traces_of(observed: Observations, folder: Path) -> Traces:
