@@ -1,9 +1,9 @@
 """Data sets drawn from the library's own prior, to train a classifier on: every effect, free curves, nothing at all.
 
-Rigs, campaigns and the small effects of a third of the rigs are drawn as blind runs draw them. But the force is our
-simulator's: a law's strengths share a total as its prior has it, which is scaled until the cause changes a drawn share
-of the force; shapes come from their priors; an unknown cause is a free curve. Causes that act together are added, each
-simulated alone.
+Rigs, campaigns, the kinds of causes and the small effects of a third of the rigs are drawn as blind runs draw them. But
+the force is our simulator's: a law's strengths share a total as its prior has it, shapes come from their priors, an
+unknown cause is a free curve. Each cause is simulated alone, at a size at which it is large; what it changes of the
+force is scaled to the share that it shall have, and causes that act together are added.
 """
 
 from collections.abc import Iterator
@@ -13,26 +13,39 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax.effects import library
-from acf_jax.inference.forward import Grid, forward, step_for
+from acf_jax.evidence.posterior import UNKNOWN
+from acf_jax.inference.forward import SAMPLES, Grid, forward, step_for
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import ONSET
 from acf_jax.inference.parameters import PRIOR_WIDTH, every_effect
 from benchmarks.peers_diagnosis.features import SPAN
 from benchmarks.peers_diagnosis.traces import Traces
-from validation.blind.plan import LIFELIKE
-from validation.worlds.lifelike import AMPLITUDE, CAUGHT, DECAY, FREQUENCY, LARGE, RINGING, SMALL, SPREAD
+from validation.blind.plan import LARGE as LARGE_KINDS
+from validation.blind.plan import LIFELIKE, SHARES
+from validation.worlds.lifelike import (
+    AMPLITUDE,
+    CAUGHT,
+    DECAY,
+    FEWEST_SMALL,
+    FREQUENCY,
+    LARGE,
+    MOST_SMALL,
+    RINGING,
+    SMALL,
+    SPREAD,
+)
 from validation.worlds.paper import contact_force, until_lost
 from validation.worlds.setup import Ring, Setup, draw_setup
 
 Explanation = tuple[str, ...]
-UNKNOWN: Explanation = ("unknown",)
-KINDS = {"none": 0.15, "single": 0.4, "pair": 0.2, "three": 0.05, "unknown": 0.2}
-NUMBER = {"none": 0, "single": 1, "pair": 2, "three": 3, "unknown": 0}
+KINDS = {kind: share for kind, share in SHARES.items() if kind != "lifelike"}
+NUMBER = {"single": 1, "one": 1, "pair": 2, "two": 2, "three": 3}  # of laws that are large, by kind
+FOREIGN = ("beyond", "withheld")
 ALONE = (0.002, 0.15)  # shares of the force of a cause without small ones beside it
-LAWS, CURVES = 5, 1  # drawn for each rig
+LAWS, CURVES = 8, 1  # drawn for each rig
 SETS = 6  # that combine them
 TRIES = 3  # sizes tried until a cause changes its share
-FACTOR = 3.0  # by which a change is scaled at most: so far it is taken as linear in its size
+FACTOR = 3.0  # by which the share may be missed, as it is scaled anyway
 
 
 class Drawn(NamedTuple):
@@ -75,9 +88,9 @@ def _labels(setup: Setup) -> tuple[np.ndarray, np.ndarray]:
 
 
 def without(setup: Setup, time: np.ndarray) -> np.ndarray:
-    """The paper's force of each condition, N, (conditions, samples): zero once contact is lost."""
+    """The paper's force of each condition, N, (conditions, samples), as if contact were never lost."""
     v_e, f_p = _labels(setup)
-    return np.asarray(until_lost(contact_force(setup.rig, v_e[:, None], f_p[:, None], time[None])))
+    return np.asarray(contact_force(setup.rig, v_e[:, None], f_p[:, None], time[None]))
 
 
 def direction(rng: np.random.Generator, cause: str) -> tuple[np.ndarray, np.ndarray]:
@@ -99,10 +112,11 @@ def direction(rng: np.random.Generator, cause: str) -> tuple[np.ndarray, np.ndar
 
 
 def _change(rng: np.random.Generator, setup: Setup, cause: str, time: np.ndarray) -> Change | None:
-    """What a cause of a drawn form changes, at a size at which it can be told; None where it has none."""
+    """What a cause of a drawn form changes, at a size at which it is large; None where none was found."""
     base, (v_e, f_p) = without(setup, time), _labels(setup)
+    inside = until_lost(base) > 0
     h = min(step_for(*_constants(setup)), every_effect()[cause].longest_step)
-    grid = Grid(h, min(int(np.ceil(time[-1] / h)), 1000))
+    grid = Grid(h, min(int(np.ceil(time[-1] / h)), SAMPLES - 1), pull=1.0)
     values, strong = direction(rng, cause)
     known = every_effect()[cause].parameters()
     low, high = (np.array([getattr(p, end) for p in known]) for end in ("low", "high"))
@@ -113,16 +127,14 @@ def _change(rng: np.random.Generator, setup: Setup, cause: str, time: np.ndarray
         )
         found = forward((cause,), theta, v_e, f_p, grid)
         at = np.arange(grid.steps + 1) * grid.h
-        lost = np.logical_or.accumulate(found.contact <= 0, axis=1)
-        sensed = np.where(lost, 0.0, found.sensed)
-        force = np.array([np.interp(time, at, row) for row in sensed])
-        if not np.isfinite(force).all() or force.max() > CAUGHT * base.max():
+        force = np.array([np.interp(time, at, row) for row in found.sensed])
+        if not np.isfinite(force).all() or force[inside].max() > CAUGHT * base[inside].max():
             size /= 10
             continue
-        both = (force != 0) & (base != 0)
-        share = float(np.sqrt((((force - base) * both) ** 2).sum() / (base**2).sum()))
+        change = force - base
+        share = float(np.sqrt((change[inside] ** 2).sum() / (base[inside] ** 2).sum()))
         if 1 / FACTOR < share / target < FACTOR:
-            return Change(cause, share, (force - base) * both)
+            return Change(cause, share, change)
         size *= float(np.clip(target / max(share, 1e-9), 1e-2, 1e2))
     return None
 
@@ -131,22 +143,22 @@ def _combine(
     rng: np.random.Generator, setup: Setup, laws: list[Change], curves: list[Change], time: np.ndarray
 ) -> Iterator[Drawn]:
     """A set of a drawn kind, where there are causes enough for it."""
-    kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
     is_lifelike = rng.random() < LIFELIKE
-    order = rng.permutation(len(laws))
-    count = NUMBER[kind]
-    if len(laws) < count + 2 * is_lifelike or (kind == "unknown" and not curves):
+    shares = LARGE_KINDS if is_lifelike else KINDS
+    kind = str(rng.choice(list(shares), p=np.array(list(shares.values())) / sum(shares.values())))
+    order, count = rng.permutation(len(laws)), NUMBER.get(kind, 0)
+    beside = int(rng.integers(FEWEST_SMALL, MOST_SMALL + 1)) if is_lifelike else 0
+    if len(laws) < count + min(beside, FEWEST_SMALL) or (kind in FOREIGN and not curves):
         return
-    large = [laws[i] for i in order[:count]] + (curves if kind == "unknown" else [])
-    small = [laws[i] for i in order[count:]] if is_lifelike else []
+    large = [laws[i] for i in order[:count]] + (curves if kind in FOREIGN else [])
+    small = [laws[i] for i in order[count : count + beside]]
     force = without(setup, time)
-    inside = force != 0
     for change in large:
         low, high = LARGE if is_lifelike else ALONE
         force = force + change.force * float(np.exp(rng.uniform(np.log(low), np.log(high)))) / change.share
     for change in small:
         force = force + change.force * float(rng.uniform(*SMALL)) / change.share
-    explanation = UNKNOWN if kind == "unknown" else tuple(sorted(c.cause for c in large))
+    explanation = UNKNOWN if kind in FOREIGN else tuple(sorted(c.cause for c in large))
     if is_lifelike:
         ring = Ring(
             float(rng.uniform(*FREQUENCY)),
@@ -159,7 +171,7 @@ def _combine(
             spread=round(float(rng.uniform(*SPREAD)), 4),
             ring=ring if rng.random() < RINGING else None,
         )
-    yield Drawn(record(rng, setup, time, np.where(inside, force, 0.0)), explanation)
+    yield Drawn(record(rng, setup, time, until_lost(force)), explanation)
 
 
 def record(rng: np.random.Generator, setup: Setup, time: np.ndarray, force: np.ndarray) -> Traces:

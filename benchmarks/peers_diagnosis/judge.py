@@ -1,6 +1,6 @@
 """One rule for every method: the one by which `validation.blind` scores our diagnosis."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -63,20 +63,3 @@ def paired(a: Sequence[float], b: Sequence[float], seed: int = 0) -> Figure:
     rng = np.random.default_rng(seed)
     drawn = rng.choice(difference, (DRAWS, difference.size)).mean(1)
     return Figure(float(difference.mean()), *(float(q) for q in np.quantile(drawn, [0.025, 0.975])))
-
-
-def by_kind(
-    cases: Sequence[Case], outcomes: Mapping[str, Sequence[Outcome]], of: Callable[[Outcome], bool]
-) -> dict[str, dict[str, tuple[int, int]]]:
-    """For each kind of case, how many outcomes of each method hold, and of how many."""
-    kinds = dict.fromkeys(case.kind for case in cases)
-    return {
-        kind: {
-            method: (
-                sum(of(o) for case, o in zip(cases, found, strict=True) if case.kind == kind),
-                sum(case.kind == kind for case in cases),
-            )
-            for method, found in outcomes.items()
-        }
-        for kind in kinds
-    }
