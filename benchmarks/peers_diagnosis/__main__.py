@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     one.add_argument("--only", nargs="+", choices=PEERS, default=PEERS, help="default: all")
     two = commands.add_parser("draw", help="draw training sets of the classifier")
     two.add_argument("file", type=Path, help="ends with .npz")
-    two.add_argument("--rigs", type=int, default=3000, help="six sets each")
+    two.add_argument("--rigs", type=int, default=3000, help="up to ten sets each")
     two.add_argument("--seed", type=int, default=47000)
     given = parser.parse_args(arguments)
     try:

@@ -120,7 +120,9 @@ def _evidence(path: Path) -> tuple[Marginal, ...]:
     entries = read_json_mapping(path, again).get("evidence")
     try:
         return tuple(
-            Marginal(tuple(e["effects"]), e["discrepancy"], e["objective"], e["log_occam"], e.get("strain", 0.0))
+            Marginal(
+                tuple(e["effects"]), e["discrepancy"], e["objective"], e["log_occam"], e.get("strain", 0.0)
+            )
             for e in entries or ()
         )
     except (KeyError, TypeError):

@@ -43,7 +43,7 @@ NUMBER = {"single": 1, "one": 1, "pair": 2, "two": 2, "three": 3}  # of laws tha
 FOREIGN = ("beyond", "withheld")
 ALONE = (0.002, 0.15)  # shares of the force of a cause without small ones beside it
 LAWS, CURVES = 8, 1  # drawn for each rig
-SETS = 6  # that combine them
+SETS = 10  # that combine them
 TRIES = 3  # sizes tried until a cause changes its share
 FACTOR = 3.0  # by which the share may be missed, as it is scaled anyway
 

@@ -86,7 +86,7 @@ def recalibrate(traces: Traces, seen: Binned) -> Recalibrated:
 
 
 def features(traces: Traces) -> np.ndarray:
-    """The vector: shape of what is left, in units of its own size; that size over noise and force; rig and campaign."""
+    """The vector: what is left in units of its own size, and of the noise; its size; the rig's shifts; rig and campaign."""
     seen = binned(traces)
     found = recalibrate(traces, seen)
     v, f = traces.v_e, traces.f_p
@@ -117,7 +117,8 @@ def features(traces: Traces) -> np.ndarray:
         np.log(max(float(f.mean()), 1.0) / 100),
         float(pretension.std()),
     ]
-    return np.concatenate([np.arcsinh(curves.ravel() / rms), scale, context])
+    shape, size = np.arcsinh(curves.ravel() / rms), np.arcsinh(curves.ravel())
+    return np.concatenate([shape, size, scale, context])
 
 
 def _unit(theta: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

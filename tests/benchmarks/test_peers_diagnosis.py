@@ -213,7 +213,7 @@ def test_features_depend_neither_on_sampling_rate_nor_on_number_of_trials() -> N
     """But for how many samples there are, and how far data move a rig from its prior: the more, the further."""
     one, fine, many = (features(t) for t in (traces_at(8e3), traces_at(24e3), traces_at(8e3, repeats=3)))
     flat = features(traces_at(8e3, ripple=1.0))
-    certain = 4 * BINS + 3
+    certain = 2 * 4 * BINS + 3
     kept = np.r_[:certain, certain + 8 : len(one)]  # but for shifts of the rig, and of speed and pretension
     for other in (fine, many):
         assert np.abs(one - other)[kept].max() < 0.25
