@@ -66,7 +66,9 @@ def compare(
     from benchmarks.peers_diagnosis.table import OURS, lines, table
 
     cases = [case for run in runs for case in read_run(run)]
-    cases += read_cases(*measured, kind="measured") if measured else []
+    if measured:
+        sets, results = measured
+        cases += read_cases(sets, results, "measured")
     if not cases:
         raise InputError("nothing to compare: name a RUN, or --measured SETS RESULTS")
     methods: dict[str, Method] = {OURS: lambda case: case.ours, **_peers(train, only)}
@@ -96,7 +98,9 @@ def _peers(train: Path | None, only: Sequence[str]) -> dict[str, Method]:
         from benchmarks.peers_diagnosis.sindy import identify
 
         peers["SINDy"] = identify
-    if "classifier" in only and train:
+    if "classifier" in only and not train:
+        print("no classifier: name its training sets by --train", file=sys.stderr)
+    elif "classifier" in only and train:
         from benchmarks.peers_diagnosis import classifier
 
         trained = classifier.train(*classifier.load(train))

@@ -30,7 +30,9 @@ CALIBRATION = 0.2  # share of the sets, of whole rigs, that calibrate
 MOST = 3  # laws named together
 CANDIDATES = 8  # the most probable laws, which are combined
 TINY = 1e-6
-NETWORKS = 5  # whose probabilities are averaged
+NETWORKS = 3  # whose probabilities are averaged
+LAYERS, ALPHA = (256, 128), 1.0  # the best of five shapes on drawn sets that were held back
+FEWEST = 500  # sets to train on
 CLIP = 6.0  # standard deviations: beyond them a feature says no more
 
 
@@ -62,7 +64,7 @@ def train(x: np.ndarray, explanations: Sequence[Explanation], rig: np.ndarray, s
     held = rig >= np.quantile(rig, 1 - CALIBRATION)
     scaler = StandardScaler().fit(x[~held])
     networks = tuple(
-        MLPClassifier((64,), alpha=3.0, max_iter=150, early_stopping=True, random_state=seed + k).fit(
+        MLPClassifier(LAYERS, alpha=ALPHA, early_stopping=True, random_state=seed + k).fit(
             _scaled(scaler, x[~held]), y[~held]
         )
         for k in range(NETWORKS)
@@ -111,6 +113,8 @@ def load(path: Path) -> tuple[np.ndarray, list[Explanation], np.ndarray]:
             x, told, rig = kept["features"], kept["explanations"].tolist(), kept["rig"]
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path}: cannot be read ({error}); draw the training sets again") from None
+    if len(x) < FEWEST:
+        raise InputError(f"{path}: holds {len(x)} sets, {FEWEST} are needed; draw more rigs")
     return x, [tuple(e.split("+")) if e else () for e in told], rig
 
 

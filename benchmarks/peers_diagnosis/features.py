@@ -27,7 +27,7 @@ class Binned(NamedTuple):
 
     time: np.ndarray  # (trials, bins) s
     force: np.ndarray  # (trials, bins) N
-    count: np.ndarray  # (trials, bins) samples
+    samples: np.ndarray  # (trials, bins)
 
 
 class Recalibrated(NamedTuple):
@@ -55,7 +55,7 @@ def binned(traces: Traces) -> Binned:
 
 def recalibrate(traces: Traces, seen: Binned) -> Recalibrated:
     """Refit rig, zero and delay by Gauss and Newton's method, what each trial has of its own integrated out."""
-    variance = traces.noise**2 * traces.dependent / np.maximum(seen.count, 1e-6)
+    variance = traces.noise**2 * traces.dependent / np.maximum(seen.samples, 1e-6)
     interval = float(np.median(traces.interval))
     theta, shared = traces.rig.copy(), np.zeros(2)
     std = np.concatenate([traces.rig_std, [ZERO, COMMON * interval]])
@@ -81,24 +81,24 @@ def recalibrate(traces: Traces, seen: Binned) -> Recalibrated:
         theta = np.maximum(traces.rig + u[:4] * std[:4], LEAST * traces.rig)
         shared = u[4:] * std[4:]
     shift = np.concatenate([(theta - traces.rig) / std[:4], shared[:1] / ZERO])
-    filled = seen.count > 0
+    filled = seen.samples > 0
     return Recalibrated((left - np.einsum("tbk,tk->tb", own, size)) * filled, shift, size[:, :2])
 
 
 def features(traces: Traces) -> np.ndarray:
-    """The vector: what is left in units of its own size, and of the noise; its size; the rig's shifts; rig and campaign."""
+    """The vector: what is left, in units of its own size and of the noise; its size; shifts; rig and campaign."""
     seen = binned(traces)
     found = recalibrate(traces, seen)
     v, f = traces.v_e, traces.f_p
     speed, pretension = v / v.mean() - 1, f / max(float(f.mean()), 1.0) - 1
     basis = np.stack([np.ones_like(v), speed, pretension, speed**2], -1)
-    weight = seen.count / max(float(seen.count[seen.count > 0].mean()), 1e-6)
+    weight = seen.samples / max(float(seen.samples[seen.samples > 0].mean()), 1e-6)
     gram = np.einsum("tb,tp,tq->bpq", weight, basis, basis) / len(v) + RIDGE * np.eye(4)
     moment = np.einsum("tb,tp,tb->bp", weight, basis, found.left) / len(v)
     curves = np.linalg.solve(gram, moment[..., None])[..., 0].T / traces.noise
     rms = float(np.sqrt((curves[0] ** 2).mean())) + 1e-3
     each = float(np.sqrt((found.left**2 * weight).sum() / max(weight.sum(), 1e-6))) / traces.noise + 1e-3
-    certain = np.sqrt(BINS * traces.dependent / max(float(seen.count.sum()), 1.0))
+    certain = np.sqrt(BINS * traces.dependent / max(float(seen.samples.sum()), 1.0))
     m, d, k_f, k_c = traces.rig
     scale = [
         np.log(rms),

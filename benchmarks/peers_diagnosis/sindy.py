@@ -3,7 +3,8 @@
 Under the nominal rig a trace gives the motion: x = v_E t - (F - F_P)/k_C, x' and x'' by Savitzky and Golay's filter.
 What the nominal equation leaves, m x'' + d x' + k_F x - F, is what a cause acts with. Terms by which the rig itself may
 be off are projected out; forward regression (FROLS) picks from the rest, as many as BIC has it (Mangan et al., 'Model
-selection for dynamical systems via sparse regression and information criteria', Proc. R. Soc. A 473, 2017). Brunton, Proctor and Kutz, PNAS 113 (2016); de Silva et al., 'PySINDy', JOSS 5 (2020).
+selection for dynamical systems via sparse regression and information criteria', Proc. R. Soc. A 473, 2017). Brunton,
+Proctor and Kutz, PNAS 113 (2016); de Silva et al., 'PySINDy', JOSS 5 (2020).
 
 No term, no cause. 'unknown' where the terms stand for more than `MOST` causes, or explain less than half of what
 noise and scatter do not.

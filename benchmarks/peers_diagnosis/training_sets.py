@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from acf_jax.errors import InputError
 from benchmarks.peers_diagnosis.draws import draw
 from benchmarks.peers_diagnosis.features import features
 
@@ -11,7 +12,12 @@ KEEP = 10  # rigs after which the file is written anew
 
 
 def keep(path: Path, seed: int, rigs: int) -> int:
-    """Draw sets of so many rigs, and write their features; returns how many sets there are."""
+    """Draw sets of so many rigs, and write their features; returns how many sets there are.
+
+    **Raises:** `InputError` where the file cannot be written as asked.
+    """
+    if path.suffix != ".npz" or not path.parent.is_dir():
+        raise InputError(f"{path}: name a file that ends with .npz, in a folder that exists")
     rows, told, of_rig = [], [], []
     for first in range(0, rigs, KEEP):
         for k in range(first, min(first + KEEP, rigs)):
