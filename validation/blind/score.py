@@ -32,31 +32,13 @@ def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> 
     **Arguments:** `data`: the data set. `result`: the folder of its diagnosis. `said`: what is scored of it. `answer`:
     `effects`, and what else is known.
     """
-    named = sorted(answer.effects)
-    outside = answer.outside_library or any(name not in library() for name in named)
-    withheld = answer.withheld
-    truth = UNKNOWN if outside or withheld else named
-    row: dict[str, Any] = {
-        "set": data.name,
-        "kind": _kind(answer, named, outside),
-        "causes": named,
-        "background": sorted(answer.background),
-        "truth": truth,
-        "components": list(answer.components)
-        or sorted({library()[n].component for n in named if n in library()}),
-        "distance": answer.whitened_distance,
-        "world": answer.world,
-        "ceiling": answer.ceiling,
-        "neighbours": answer.neighbours,
-        "faulty": list(answer.faulty_trials),
-    }
-    row["clear"] = row["distance"] is None or row["distance"] >= WEAK[1]
+    row = asked(data.name, answer)
     if isinstance(said, Failed):
         return {**row, "verdict": "error", "error": said.error}
     claim = said.shrinkage.force
     return {
         **row,
-        **_explained(said, truth, answer.neighbours, answer.background),
+        **explained(said, row["truth"], answer.neighbours, answer.background),
         "component_right": max(said.where.component, key=said.where.component.__getitem__)
         in row["components"],
         "shrinkage": None if claim is None else {"value": claim.value, "ci95": list(claim.ci95)},
@@ -66,6 +48,28 @@ def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> 
         "rig_error": _rig_error(said, answer),
         **_held_out(data, read_model(result / "model.json")),
     }
+
+
+def asked(name: str, answer: Answer) -> dict[str, Any]:
+    """What was true of the data set `name`: the part of its row that no diagnosis changes."""
+    named = sorted(answer.effects)
+    outside = answer.outside_library or any(name not in library() for name in named)
+    row: dict[str, Any] = {
+        "set": name,
+        "kind": _kind(answer, named, outside),
+        "causes": named,
+        "background": sorted(answer.background),
+        "truth": UNKNOWN if outside or answer.withheld else named,
+        "components": list(answer.components)
+        or sorted({library()[n].component for n in named if n in library()}),
+        "distance": answer.whitened_distance,
+        "world": answer.world,
+        "ceiling": answer.ceiling,
+        "neighbours": answer.neighbours,
+        "faulty": list(answer.faulty_trials),
+    }
+    row["clear"] = row["distance"] is None or row["distance"] >= WEAK[1]
+    return row
 
 
 def _kind(answer: Answer, named: list[str], outside: bool) -> str:
@@ -78,7 +82,7 @@ def _kind(answer: Answer, named: list[str], outside: bool) -> str:
     return {0: "none", 1: "single"}.get(len(named), "pair")
 
 
-def _explained(
+def explained(
     said: Said, truth: list[str], neighbours: dict[str, float], background: Collection[str] = ()
 ) -> dict[str, Any]:
     """Which explanations were given, and whether the truth is among them.

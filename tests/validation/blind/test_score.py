@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from validation.blind.answer import Answer, Failed, Said
-from validation.blind.score import _explained, _unexplained, force_at, score_one
+from validation.blind.score import _unexplained, explained, force_at, score_one
 
 LARGE, SMALL = ["contact_hardening", "sensor_lag"], ["gravity", "pad_mass"]
 
@@ -42,8 +42,8 @@ def test_a_predicted_force_ends_with_its_trace_and_no_rounding_before() -> None:
 def test_a_class_holds_explanations_by_as_many_effects() -> None:
     """What one of two confused effects explains is not the pair of both."""
     confused = said(["gravity"], [["coulomb_friction", "gravity"]])
-    assert _explained(confused, ["coulomb_friction"], {})["first_in_class"]
-    pair = _explained(confused, ["coulomb_friction", "gravity"], {})
+    assert explained(confused, ["coulomb_friction"], {})["first_in_class"]
+    pair = explained(confused, ["coulomb_friction", "gravity"], {})
     assert not pair["first_in_class"] and not pair["covered_in_class"] and pair["one_right"]
 
 
@@ -66,15 +66,15 @@ def test_a_class_holds_explanations_by_as_many_effects() -> None:
     ],
 )
 def test_among_small_effects_all_large_ones_are_named_and_none_that_is_not_there(named, truth, right) -> None:
-    found = _explained(said(named), truth, {}, SMALL)
+    found = explained(said(named), truth, {}, SMALL)
     assert found["first_right"] is found["first_in_class"] is found["covered"] is right
     assert found["probability_truth"] == pytest.approx(0.9 if right else 0.0)
 
 
 def test_a_small_effect_need_not_be_named_and_is_none_where_there_is_no_background() -> None:
-    assert not _explained(said(["gravity"]), [], {})["first_right"]
+    assert not explained(said(["gravity"]), [], {})["first_right"]
     confused = said(["pad_relaxation"], [["contact_damping", "pad_relaxation"]])
-    found = _explained(confused, ["contact_damping"], {}, SMALL)
+    found = explained(confused, ["contact_damping"], {}, SMALL)
     assert found["first_in_class"] and not found["first_right"]
 
 

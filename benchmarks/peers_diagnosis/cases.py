@@ -1,0 +1,136 @@
+"""What every method is asked: data sets whose cause is known, with our diagnosis of each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from acf_jax.dataset import data_sets
+from acf_jax.errors import InputError
+from acf_jax.evidence.marginal import Marginal
+from acf_jax.files import read_json_mapping
+from validation.blind.answer import ANSWER, DIAGNOSIS, Answer, Class, Failed, read_answer, read_said
+from validation.blind.campaign import WITHHELD
+from validation.blind.score import UNKNOWN, asked
+
+Explanation = tuple[str, ...]
+SCORE = "score.json"
+
+
+@dataclass(frozen=True)
+class Named:
+    """What a method said of a data set: explanations with their probabilities, most probable first.
+
+    `is_sure`: the method gives one answer and no probability.
+    """
+
+    scored: tuple[tuple[Explanation, float], ...]
+    seconds: float
+    is_sure: bool = False
+
+
+@dataclass(frozen=True)
+class Case:
+    """A data set with its answer, and what our diagnosis made of it."""
+
+    name: str
+    kind: str  # "none", "single", "pair", "unknown", "lifelike" or "measured"
+    data: Path
+    truth: tuple[str, ...]
+    background: tuple[str, ...]  # small effects, which may be named as well
+    neighbours: dict[str, float]  # of an unknown cause: what imitates it
+    withheld: str  # the effect that no method shall know
+    classes: tuple[Class, ...]  # what these trials cannot tell apart
+    ours: Named
+    evidence: tuple[Marginal, ...]  # the fits of our diagnosis
+
+
+def read_run(run: Path) -> list[Case]:
+    """The cases of a scored blind run; `InputError` where it is not scored or damaged."""
+    return read_cases(run / "sets", run / "results")
+
+
+def read_cases(sets: Path, results: Path, kind: str = "") -> list[Case]:
+    """The cases of a folder of data sets whose diagnoses lie in `results`.
+
+    The truth is taken from `results/score.json`, or without it from an `answer.yaml` beside each data set.
+
+    **Arguments:** `kind`: what to count all of them as; by default each as its answer says.
+
+    **Raises:** `InputError` where answers, diagnoses or their evidence are missing or damaged.
+    """
+    if not sets.is_dir() or not results.is_dir():
+        missing = results if sets.is_dir() else sets
+        raise InputError(f"{missing}: no such folder; name a run that `python -m acf_jax blind` finished")
+    rows = _rows(sets, results)
+    withheld: dict[str, Any] = {}
+    if (sets / WITHHELD).exists():
+        withheld = read_json_mapping(sets / WITHHELD, "draw the run again")
+    cases = []
+    for row in rows:
+        name = row["set"]
+        said = read_said(results / name)
+        if not isinstance(said, Failed):
+            scored = tuple((tuple(sorted(e.effects)), e.probability) for e in said.explanations)
+            cases.append(
+                Case(
+                    name=name,
+                    kind=kind or _kind(row),
+                    data=sets / name,
+                    truth=tuple(row["truth"]),
+                    background=tuple(row["background"]),
+                    neighbours=row["neighbours"],
+                    withheld=str(withheld.get(name, "")),
+                    classes=said.indistinguishable,
+                    ours=Named(scored, _seconds(results / name / "seconds.txt")),
+                    evidence=_evidence(results / name / DIAGNOSIS),
+                )
+            )
+    if not cases:
+        raise InputError(f"{results}: holds no diagnosis that could be made; name another run")
+    return cases
+
+
+def _rows(sets: Path, results: Path) -> Sequence[dict[str, Any]]:
+    path = results / SCORE
+    if path.exists():
+        again = f"remove it, and score {sets} again"
+        rows = read_json_mapping(path, again).get("rows")
+        keys = {"set", "kind", "truth", "background", "neighbours"}
+        if not isinstance(rows, list) or not all(isinstance(r, dict) and keys <= r.keys() for r in rows):
+            raise InputError(f"{path}: rows: must hold {', '.join(sorted(keys))} each; {again}")
+        return rows
+    names = data_sets(sets)
+    if missing := [name for name in names if not (sets / name / ANSWER).exists()]:
+        raise InputError(
+            f"{sets / missing[0]}: has no {ANSWER}, and {path} does not exist;"
+            " score the run first, or write the answer beside the data set"
+        )
+    answers: dict[str, Answer] = {name: read_answer(sets / name) for name in names}
+    return [asked(name, answer) for name, answer in answers.items()]
+
+
+def _kind(row: dict[str, Any]) -> str:
+    is_plain_unknown = row["truth"] == UNKNOWN and row["kind"] != "lifelike"
+    return "unknown" if is_plain_unknown else str(row["kind"])
+
+
+def _evidence(path: Path) -> tuple[Marginal, ...]:
+    again = "diagnose again"
+    entries = read_json_mapping(path, again).get("evidence")
+    try:
+        return tuple(
+            Marginal(
+                tuple(e["effects"]), e["discrepancy"], e["objective"], e["log_occam"], e.get("strain", 0.0)
+            )
+            for e in entries or ()
+        )
+    except (KeyError, TypeError):
+        raise InputError(f"{path}: evidence: is not as this version writes it; {again}") from None
+
+
+def _seconds(path: Path) -> float:
+    try:
+        return float(path.read_text("utf-8"))
+    except (OSError, ValueError):
+        return float("nan")
