@@ -18,7 +18,7 @@ class Promise(NamedTuple):
 
     gain: float  # in chi-square
     parameters: np.ndarray  # with which it does
-    start: list[float]  # the start of the effect that they go on from
+    start: list[float]  # that explains most as it is, or where none does, that these parameters scale
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,18 @@ class Ground:
         strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
         measures = self.observations.measures
         begins = [*starts(name, measures), *looks(name, measures)]
-        best = Promise(0.0, np.array(begins[0]), begins[0])
+        best, as_it_is = Promise(0.0, np.array(begins[0]), begins[0]), 0.0
+        unscaled = None
         for start, signal, two_sided in self.signatures(name, begins):
             amount, gain = self.projector.promise(signal)
-            if (two_sided or amount > 0) and gain > best.gain:
+            if not (two_sided or amount > 0) or gain == 0:
+                continue
+            if gain > best.gain:
                 best = Promise(gain, np.where(strengths, amount, 1.0) * np.array(start), start)
-        return best
+            # an oscillator is far from linear in its mass: scaled, it would be another one
+            if (plain := gain * (2 - 1 / amount) / amount) > as_it_is:
+                unscaled, as_it_is = start, plain
+        return best if unscaled is None else best._replace(start=unscaled)
 
 
 def _residual(
