@@ -72,7 +72,8 @@ class App:
         command = [sys.executable, "-m", "acf_jax", "app", str(home), "--no-browser"]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None
-        address = urlsplit(self.process.stdout.readline().strip())
+        self.address = self.process.stdout.readline().strip()
+        address = urlsplit(self.address)
         self.host = address.netloc
         token = address.query.partition("=")[2]
         cookie = f"acf-jax-token-{address.port}={token}"

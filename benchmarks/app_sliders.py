@@ -1,29 +1,50 @@
-"""A slider's change in the app: from the request to the answer with the whole curve, by simulation and by surrogate.
+"""A slider's change in the app, in Chromium: from the slider's event to the drawn curve.
 
 python -m benchmarks.app_sliders
+
+Needs `pip install "acf-jax[app]"`, Playwright and Chromium.
 """
 
 import json
 import shutil
 import tempfile
-import time
 from pathlib import Path
-from urllib.parse import urlencode
+from typing import Any
 
 import numpy as np
 
-from benchmarks.app_memory import App, app_in
+from benchmarks.app_memory import app_in
 from benchmarks.machine import describe
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
-CHANGES = 200
+CHANGES = 100  # of each slider
+SLIDERS = {"v_e": "velocity", "f_p": "pretension", "stiffness": "stiffness", "limit": "limit"}
+# each change begins when the one before is drawn; the slider goes to and fro over its range
+MOVE = """async ([name, changes]) => {
+  const sliders = document.getElementById("sliders"), range = document.getElementById(name), took = [];
+  const drawn = () => new Promise((resolve) => {
+    const seen = new MutationObserver(() => { seen.disconnect(); resolve(); });
+    seen.observe(sliders, { attributeFilter: ["data-drawn"] });
+  });
+  for (let i = 0; i < changes; i++) {
+    const [low, high] = [Number(range.min), Number(range.max)];
+    range.value = low + (high - low) * (0.3 + 0.4 * ((i * 37) % 100) / 100);
+    const begun = performance.now(), done = drawn();
+    range.dispatchEvent(new Event("input", { bubbles: true }));
+    await done;
+    took.push(performance.now() - begun);
+  }
+  return took;
+}"""
 
 
 def main() -> None:
+    from playwright.sync_api import sync_playwright
+
     print(f"{describe()}\n")
-    print("| answered by | first, s | ms, median | ms, 99 % below |")
-    print("|---|--:|--:|--:|")
-    with tempfile.TemporaryDirectory() as name:
+    print("| answered by | slider | first change, ms | median | worst of 100 |")
+    print("|---|---|--:|--:|--:|")
+    with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         home = Path(name)
         for session, learnt in (("simulation", None), ("surrogate", EXAMPLES / "rig_surrogate.eqx")):
             folder = home / session
@@ -32,22 +53,25 @@ def main() -> None:
             (folder / "diagnosis/diagnosis.json").write_text(json.dumps({"verdict": "identified"}))
             if learnt is not None:
                 (folder / "surrogate").mkdir()
-                (folder / "surrogate/model.eqx").write_bytes(learnt.read_bytes())  # younger than the model
+                shutil.copy(learnt, folder / "surrogate/model.eqx")
+        program = shutil.which("chromium") or shutil.which("google-chrome")
+        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         with app_in(home) as app:
+            page = browser.new_page(viewport={"width": 1280, "height": 900})
+            page.set_default_timeout(300_000)
+            page.goto(app.address)
             for session, word in (("simulation", "the simulation"), ("surrogate", "a surrogate")):
-                first = timed(app, session, 0)
-                times = 1e3 * np.array([timed(app, session, i) for i in range(1, CHANGES)])
-                print(f"| {word} | {first:.1f} | {np.median(times):.1f} | {np.quantile(times, 0.99):.1f} |")
+                page.goto(f"{app.address.partition('/?')[0]}/s/0/{session}/use")
+                page.locator("#sliders[data-drawn]").wait_for(state="attached")
+                for slider, called in SLIDERS.items():
+                    print(f"| {word} | {called} | {row(page, slider)} |")
+        browser.close()
 
 
-def timed(app: App, session: str, i: int) -> float:
-    """One change, s: another velocity, pretension and stiffness each time."""
-    at = {"v_e": 0.1 + 0.0005 * i, "f_p": 55 + 0.1 * i, "stiffness": 1.0 + 0.0002 * (i % 10), "limit": 140}
-    begin = time.perf_counter()
-    found = json.loads(app.ask("GET", f"/s/0/{session}/curve?{urlencode(at)}"))
-    spent = time.perf_counter() - begin
-    assert found["at"]["force"] is not None
-    return spent
+def row(page: Any, slider: str) -> str:
+    """The first change, the median and the worst, ms."""
+    took = np.array(page.evaluate(MOVE, [slider, CHANGES]))
+    return f"{took[0]:.0f} | {np.median(took):.0f} | {took.max():.0f}"
 
 
 if __name__ == "__main__":

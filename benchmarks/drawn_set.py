@@ -8,7 +8,7 @@ from acf_jax.dataset import GapDataset, Measurement, Prior, RigPrior, Trace, Tri
 from validation.worlds import Impact, find_world, make_case
 
 SEED = 13  # draws ten conditions, so that 20 trials are two of each
-DISTANCE = 40.0  # whitened distance of the hidden cause: clear, as in docs/worlds.md
+DISTANCE = 40.0  # whitened distance of the hidden cause: clear, as in docs/blind.md
 
 
 def draw_set(trials: int, cause: str = "coulomb_friction", seed: int = SEED) -> GapDataset:

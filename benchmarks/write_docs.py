@@ -1,6 +1,6 @@
 """Run the commands named in a Markdown file and put what they print below them.
 
-    python -m benchmarks.write_docs docs/benchmarks.md [--only peak_speed]
+    python -m benchmarks.write_docs benchmarks/results.md [--only peak_speed]
 
 A block `<!-- run: COMMAND -->` ... `<!-- end -->` is replaced by the output of COMMAND, run in the
 repository's root; everything else stays. Figures in the documentation are so always some run's.
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.write_docs", description=__doc__.splitlines()[0]
     )
-    parser.add_argument("file", type=Path, nargs="?", default=ROOT / "docs/benchmarks.md")
+    parser.add_argument("file", type=Path, nargs="?", default=ROOT / "benchmarks/results.md")
     parser.add_argument("--only", default="", help="run only commands that contain this text")
     options = parser.parse_args(arguments)
     options.file.write_text(rewrite(options.file.read_text("utf-8"), options.only), encoding="utf-8")

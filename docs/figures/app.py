@@ -68,7 +68,7 @@ def walk(page: Any, expect: Any) -> None:
     take(page, "plan", 1000)
     page.click("nav >> text=Diagnose")
     page.click("main button.first")
-    expect(page.locator("#job-stages li").nth(2)).to_be_visible()
+    expect(page.locator("#known-so-far")).to_contain_text("8 explanations weighed so far")
     take(page, "progress", 820)
     drawn(page, expect)
     take(page, "diagnose", 1150)

@@ -43,7 +43,7 @@ def kept(
     cache = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]  # JAX makes it as it runs
     if not cache:
         return traced
-    key = sha256(repr((_origin(sources), jax.default_backend(), name, arguments)).encode()).hexdigest()
+    key = sha256(repr((origin(sources), jax.default_backend(), name, arguments)).encode()).hexdigest()
     path = Path(cache).with_name("traced") / key
     content = _read(path)
     if content is None:
@@ -74,7 +74,7 @@ def _read(path: Path) -> bytes | None:
 
 
 @functools.cache
-def _origin(sources: tuple[str, ...]) -> str:
+def origin(sources: tuple[str, ...]) -> str:
     """What a program is made from: some source of this package, JAX, and what it is written with."""
     folder = Path(acf_jax.__file__).parent
     digest = sha256(Path(__file__).read_bytes())

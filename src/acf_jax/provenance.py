@@ -13,6 +13,7 @@ from acf_jax.files import write_text
 
 FILE = "provenance.json"  # beside a result
 PROGRAM = f"acf-jax {__version__}"
+MOST = 5  # inputs that a page names
 _BLOCK = 1 << 20
 
 
@@ -44,7 +45,9 @@ class Origin:
         write_text(folder / FILE, json.dumps(content, indent=1) + "\n")
 
     def __str__(self) -> str:
-        inputs = ", ".join(f"{name} (SHA-256 {digest[:12]})" for name, digest in self.made_of.items())
+        named = [f"{name} (SHA-256 {digest[:12]})" for name, digest in self.made_of.items()]
+        others = [f"{len(named) - MOST} others in {FILE}"] if len(named) > MOST else []
+        inputs = ", ".join([*named[:MOST], *others])
         return f"Made on {self.date[:10]} at {self.date[11:16]} UTC by `{self.command}` of {inputs}."
 
 

@@ -1,5 +1,6 @@
 """A recording in Python: the same data set as the command's, trials dropped by hand, what cannot be used."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -72,6 +73,43 @@ def test_dropped_is_left_out_and_kept_again_is_as_before(press):
     session.drop("t011").keep("t003", "t011")
     assert session.trials == tuple(t.name for t in before.trials)
     same_trials(session.dataset(acf.Prior(**KNOWN)), before)
+
+
+def test_a_file_of_cuts_and_what_a_rig_file_says_of_measuring_count_as_for_the_command(press, tmp_path):
+    rig, cuts = tmp_path / "rig.yaml", tmp_path / "cuts.yaml"
+    rig.write_text(RIG + "measurement: {force_noise_std_n: 0.9}\n")
+    given = [f"--{name}={SIGNALS[name]}" for name in ("force", "velocity", "pretension", "time")]
+    command = [
+        "import",
+        str(press),
+        "--out",
+        str(tmp_path / "set"),
+        "--rig",
+        str(rig),
+        "--review",
+        str(cuts),
+        *given,
+    ]
+
+    def run() -> None:
+        with pytest.raises(SystemExit) as end:
+            main(command)
+        assert end.value.code == 0
+
+    run()
+    content = yaml.safe_load(cuts.read_text())
+    content["cuts"][1]["keep"] = False
+    content["cuts"][2] |= {"keep": True, "contact_s": content["cuts"][2]["contact_s"] + 1e-3}
+    cuts.write_text(yaml.safe_dump(content))
+    run()
+    by_command, session = read_as_files(tmp_path / "set"), opened(press, rig=rig, review=cuts)
+    here = session.dataset()
+    assert here.measurement == by_command.measurement and here.measurement.force_noise_std_n == 0.9
+    assert len(here.trials) == len(CONDITIONS) - 1
+    same_trials(here, by_command)
+    assert len(session.drop("t004").dataset().trials) == len(here.trials) - 1  # beside what the file decides
+    with pytest.raises(InputError, match=r"cuts\.yaml"):
+        opened(shutil.copy(press, tmp_path / "other.csv"), review=cuts)
 
 
 def test_what_it_shows(recording, press):

@@ -4,6 +4,7 @@ import http.client
 import json
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -12,6 +13,8 @@ from typing import Any
 from urllib.parse import urlencode
 
 from needs import need_module
+
+from acf_jax.app import jobs
 
 TOKEN = "a token that nobody guesses"
 RIG = {
@@ -100,3 +103,15 @@ def served(home: Path, *others: Path, port: int = 0) -> Iterator[Served]:
         finally:
             server.should_exit = True
             thread.join()
+
+
+def wait(app: Served, url: str) -> jobs.Job:
+    """The last job of a session, once it has ended."""
+    folder = app.home / url.rpartition("/")[2].replace("%20", " ")
+    end = time.monotonic() + 300
+    while time.monotonic() < end:
+        job = jobs.last(folder)
+        if job is not None and not job.is_running:
+            return job
+        time.sleep(0.02)
+    raise AssertionError("the job does not end")

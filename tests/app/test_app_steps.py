@@ -1,13 +1,12 @@
 """What the pages write, the commands read, and the other way round; two tabs do not corrupt one another."""
 
 import json
-import time
 from pathlib import Path
 
 import pytest
 import yaml
 from click.testing import CliRunner
-from served import RIG, Served
+from served import RIG, Served, wait
 
 from acf_jax.app import jobs, signals
 from acf_jax.app.pages import planning
@@ -16,18 +15,6 @@ from acf_jax.errors import InputError
 from acf_jax.recording.rig import read_rig_file
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def wait(app: Served, url: str) -> jobs.Job:
-    """The last job of a session, once it has ended."""
-    folder = app.home / url.rpartition("/")[2].replace("%20", " ")
-    end = time.monotonic() + 120
-    while time.monotonic() < end:
-        job = jobs.last(folder)
-        if job is not None and not job.is_running:
-            return job
-        time.sleep(0.02)
-    raise AssertionError("the job does not end")
 
 
 def version(app: Served, page: str) -> str:
@@ -42,9 +29,10 @@ def cut(app: Served, wrong_sign: Path) -> str:
     assert answer.status == 200
     url: str = answer.json["next"].removesuffix("/open")
     page = app.get(f"{url}/open").text
+    assert "checked" in page.split('id="tare"')[1].split(">")[0]
     assert "column" in page and 'value="[&quot;force_n&quot;, null]" selected' in page
     fields = {"force": '["force_n", null]', "speed": '["velocity_m_per_s", null]', "speed-kind": "velocity",
-              "pretension": '["pretension_n", null]'}  # fmt: skip
+              "pretension": '["pretension_n", null]', "tare": "on"}  # fmt: skip
     assert app.post(f"{url}/signals", fields | {"version": version(app, f"{url}/open")}).status == 303
     assert wait(app, url).state == "failed"
     page = app.get(f"{url}/cut").text
@@ -253,7 +241,10 @@ def test_what_the_form_does_not_show_stays_in_the_mapping() -> None:
         "speed-kind": "velocity", "speed-unit": "mm/s", "pretension": "number", "pretension-number": "60",
     }  # fmt: skip
     after = signals.mapped(before, fields)
-    assert after == before | {"pretension": 60.0, "contacts": {"separation_s": 0.2}}
+    assert after == before | {"pretension": 60.0, "contacts": {"separation_s": 0.2, "tare": False}}
+    # zero is taken off by default: a tick is no word more
+    assert signals.mapped(before, fields | {"tare": "on"})["contacts"] == {"separation_s": 0.2}
+    assert signals.mapped({}, {"tare": "on", "speed-kind": "velocity"}) == {}
     for role, value, unit in (("force", '["a", null]', "2.0"), ("speed", '["b", null]', "mm/s")):
         shown = signals.chosen(before, role)
         assert (shown.value, shown.unit) == (value, unit)

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from acf_jax.app import jobs
+from acf_jax.app.pages.provisional import known_so_far
 from acf_jax.app.stages import DIAGNOSE, left_after
 from acf_jax.errors import InputError
 
@@ -80,7 +81,10 @@ def test_a_session_has_one_job_at_a_time_and_cancelling_leaves_nothing(
     assert subprocess.run(command, cwd=session, capture_output=True, text=True).stdout.strip() == "running"
     jobs.cancel(session)
     job = until(session, "stopped", "interrupted")
-    assert not (session / "diagnosis").exists() and not list(session.glob(".diagnosis*"))
+    assert not (session / "diagnosis").exists()
+    assert {path.name for path in session.glob(".diagnosis*")} <= {
+        ".diagnosis.unfinished"
+    }  # fits, to go on with
     assert job.stages[0][0] == "looking at the data"
 
 
@@ -131,6 +135,37 @@ def test_a_fault_that_no_command_foresaw_is_told_in_one_line(session: Path) -> N
     job = jobs.job(session, "plan")
     assert job is not None and len(job.messages) == 2 and job.messages[0] == "note: before"
     assert job.messages[1].startswith("error: ValueError: of what: ") and "report" in job.messages[1]
+
+
+def test_what_a_command_knows_is_read_line_by_line(session: Path) -> None:
+    (session / ".app/plan").mkdir(parents=True)
+    (session / ".app/plan/job.json").write_text('{"kind": "plan", "started": 1.0, "command": []}')
+    lines = ['{"known": {"trust": 1}}', '{"known": 3}', "{known", '{"stage": "a", "done": 0, "total": 0, "at": 2.0}',
+             '{"known": {"gap": 2}}', "note: it goes on"]  # fmt: skip
+    (session / ".app/plan/progress.txt").write_text("\n".join(lines))
+    job = jobs.job(session, "plan")
+    assert job is not None and job.known == ({"trust": 1}, {"gap": 2}) and job.document()["known"] == 2
+    assert [name for name, _ in job.stages] == ["a"] and job.messages[-1] == "note: it goes on"
+
+
+def test_what_is_known_so_far_may_be_damaged_or_foreign() -> None:
+    trust = {"trust": {"headline": "<b>Data</b>", "limits": ["a < b"]}}
+    evidence = [{"effects": [], "value": 0.0}, {"effects": ["end_stop"], "value": 1234.56}]
+    found = known_so_far([trust, {"log_evidence": evidence[:1]}, {"log_evidence": evidence}])
+    assert (
+        "&lt;b&gt;Data" in found
+        and "A &lt; b." in found
+        and "+1,234.6" in found
+        and "2 explanations" in found
+    )
+    for wrong in (
+        {"trust": 3},
+        {"gap": {}},
+        {"log_evidence": [{"effects": ["<i>"], "value": 1}]},
+        {"other": 1},
+        {},
+    ):
+        assert known_so_far([wrong]) == ""
 
 
 def test_time_left_follows_the_pace_of_this_machine() -> None:

@@ -11,7 +11,9 @@ from served import Served
 
 from acf_jax.app import live
 from acf_jax.app.live import Asked, curve
+from acf_jax.dataset import read_dataset
 from acf_jax.errors import InputError
+from acf_jax.surrogate.saved import read_header
 
 MODEL = Path(__file__).resolve().parents[2] / "examples/rig_model.json"  # tried: 0.05 to 0.35 m/s, 50 to 90 N
 V_E = np.array([0.1, 0.2, 0.3, 0.4])
@@ -130,26 +132,52 @@ def test_the_ends_of_the_sliders_can_be_asked(app: Served) -> None:
         live.asked_of({"v_e": "2", "f_p": "60", "stiffness": "1", "limit": "9e9"}, model)
 
 
-def test_what_belongs_to_an_earlier_diagnosis_or_data_set_is_told(app: Served) -> None:
-    url = changed(app, "again")
+def test_what_belongs_to_another_diagnosis_or_data_set_is_told(app: Served) -> None:
+    """By content: times may be of a copy, a checkout or a clock that was set."""
     folder = app.home / "again"
-    times = {"data/trials.csv": 1, "data/dataset.yaml": 1, "diagnosis/model.json": 2, "diagnosis/diagnosis.json": 2,
-             "surrogate/model.eqx": 1, "surrogate/peak.h": 1, "surrogate/peak.onnx": 1}  # fmt: skip
+    shutil.copytree(MODEL.parent / "rig", folder / "data")
+    digest = read_dataset(folder / "data").digest
+    url = changed(app, "again")
+    (folder / "diagnosis/diagnosis.json").write_text(json.dumps({"data_sha256": digest}))
+    (folder / "surrogate").mkdir()
+    shutil.copy(MODEL.parent / "rig_surrogate.eqx", folder / "surrogate/model.eqx")
+    checksum = read_header(folder / "surrogate/model.eqx")[0]["sha256"]
+    (folder / "surrogate/peak.h").write_text(f"/* SHA-256 {checksum}. */")
+    (folder / "surrogate/peak.onnx").write_bytes(b"\x00" + b"0" * 64)  # of another surrogate
 
-    def page(**changes: int) -> str:
-        for name, time in (times | changes).items():
-            (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).touch()
-            os.utime(folder / name, (time, time))
+    def page() -> str:
         return app.get(f"{url}/use").text
 
-    older = "younger than this diagnosis: diagnose again"
+    other = "another than the one that was diagnosed"
     known = page()
-    assert older not in known and "of an earlier diagnosis" in known
     assert (
-        "Surrogate, model.eqx" not in known and "C99 header" not in known and "Write C and ONNX" not in known
+        other not in known
+        and "Surrogate, model.eqx" in known
+        and "answered by the surrogate" in known.lower()
     )
-    assert older in page(**{"data/dataset.yaml": 3})  # its rig was changed
-    assert older in page(**{"data/trials.csv": 3})
-    trained = page(**{"surrogate/model.eqx": 3, "surrogate/peak.onnx": 4})
-    assert "Surrogate, model.eqx" in trained and "ONNX model" in trained and "C99 header" not in trained
+    assert "C99 header" in known and "ONNX model" not in known
+    for path in folder.rglob("*"):  # as after a copy, in whatever order
+        os.utime(path, (1, hash(path) % 1000))
+    assert page() == known
+    table = folder / "data/trials.csv"
+    text = table.read_text()
+    table.write_text(text.replace("0.05", "0.06", 1))
+    os.utime(table, (1, 1))
+    assert other in page()
+    (folder / "diagnosis/provenance.json").write_text(
+        json.dumps({"made_of": [{"input": "data", "sha256": read_dataset(folder / "data").digest}]})
+    )
+    assert other not in page()  # diagnosed behind a low-pass: data_sha256 is of what came out of it
+    table.write_text("trial\n")
+    assert other in page()
+    table.write_text(text)
+    model = json.loads(MODEL.read_text()) | {"description": "another"}
+    (folder / "diagnosis/model.json").write_text(json.dumps(model))
+    os.utime(folder / "diagnosis/model.json", (1, 1))
+    found = page()
+    assert (
+        "of an earlier diagnosis" in found
+        and "Surrogate, model.eqx" not in found
+        and "C99 header" not in found
+    )
+    assert "answered by the simulation" in found.lower()

@@ -266,6 +266,28 @@ def test_texts_of_files_and_forms_are_escaped(app: Served) -> None:
     assert "&lt;img" in pages[0]
 
 
+@pytest.mark.parametrize("site", ["same-site", "cross-site"])
+@pytest.mark.parametrize(
+    "path", ["open", "curve?v_e=1", "preview?name=x", "report.pdf", "events", "script.sh", "file/data/x"]
+)
+def test_no_other_page_of_this_machine_may_start_work(app: Served, site: str, path: str) -> None:
+    """A page on another port of localhost is of the same site: the browser gives it the cookie."""
+    url = made(app, "other pages")
+    for dest in ("document", "iframe", "image", "empty", "script"):
+        answer = app.get(f"{url}/{path}", Sec_Fetch_Site=site, Sec_Fetch_Dest=dest, Origin=None)
+        assert answer.status == 403 and "begin at its first page" in answer.text
+    assert app.get(f"{url}/open", Sec_Fetch_Site="same-origin", Origin=None).status == 200
+    assert app.get(f"{url}/open", Sec_Fetch_Site="none", Origin=None).status == 200  # typed, or a bookmark
+    assert app.get(f"{url}/open", Origin="http://127.0.0.1:1").status == 403
+
+
+def test_a_link_to_the_printed_address_may_lie_on_another_page(app: Served) -> None:
+    there = {"Sec_Fetch_Site": "same-site", "Sec_Fetch_Dest": "document", "Origin": None}
+    assert app.get(f"/?token={quote(TOKEN)}", Cookie=None, **there).status == 303
+    assert app.get("/", **there).status == 200
+    assert app.get("/", **there | {"Sec_Fetch_Dest": "iframe"}).status == 403
+
+
 def test_a_second_app_on_another_port_has_a_cookie_of_its_own(app: Served, tmp_path: Path) -> None:
     with served(tmp_path) as other:
         assert other.get("/", Cookie=app.cookie).status == 401

@@ -51,6 +51,36 @@ def test_speed_is_the_papers_inverse(call):
     assert kept.exit_code == 0 and kept.output.splitlines()[1].endswith("1.0000    not within 1 s")
 
 
+def test_a_rigs_file_is_called_rig_in_every_command_that_takes_one(call):
+    asked = ("speed", "--f-p", "100", "--limit", "250", "--rig")
+    assert call(*asked, CONFIGS / "table1_rig.yaml").output.count("250 N") == 1
+    checked = (
+        "check",
+        "--body-area",
+        "palm",
+        "--contact",
+        "transient",
+        "--v-e",
+        "0.2",
+        "--f-p",
+        "60",
+        "--rig",
+    )
+    assert call(*checked, CONFIGS / "check_rig.yaml").output.startswith("Allowed")
+
+
+def test_a_diagnosis_is_named_by_its_folder_or_its_model_and_a_data_set_is_none(call, tmp_path):
+    path = tmp_path / "model.json"
+    path.write_text(write_model(gap_model()))
+    told = "--conditions", CONFIGS / "conditions_example.csv", "--out"
+    forces = {call("predict", m, *told, tmp_path / "out").output for m in (path, tmp_path)}
+    assert len(forces) == 1 and "2 impacts by the" in forces.pop()
+    for command in (("predict", *told), ("train", "--out")):
+        said = faults(call, command[0], CONFIGS.parent / "examples/rig", *command[1:], tmp_path / "other")
+        assert "is a data set without a diagnosis" in said
+    assert not (tmp_path / "other").exists()
+
+
 def test_a_slower_contact_is_found_for_a_high_probability(call):
     asked = ("speed", "--model", RIG, "--f-p", "60", "--limit", "100", "--json", "--probability")
     speeds = [json.loads(call(*asked, p).output)["speeds"][0]["v_e"] for p in ("0.999", "0.9999")]

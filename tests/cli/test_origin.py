@@ -8,9 +8,18 @@ import numpy as np
 import pytest
 
 from acf_jax.cli.main import main
+from acf_jax.fleet.page import fleet_page
+from acf_jax.fleet.record import Fleet
 from acf_jax.provenance import Origin, digest_of
 from acf_jax.recording.rig import read_rig_file
+from acf_jax.training.report import write_page
 from tests.recording.sessions import FEW, RIG, columns, made
+from tests.validation.blind.test_summary import NONE
+from train import fit
+from validation.blind.page import score_page
+from validation.blind.summary import summarise
+
+ROOT = Path(__file__).resolve().parents[2]
 
 DATE = "2026-03-01T10:00:00Z"
 EPOCH = "1772359200"
@@ -68,14 +77,24 @@ def test_another_recording_renews_what_an_import_said_of_itself(call, tmp_path):
 
 FOREIGN = {
     "import": (("import", "log.npz", "--out", "out", "--rig", "rig.yaml"), "out/trials.csv"),
+    "import page": (("import", "log.npz", "--out", "out", "--rig", "rig.yaml"), "out/import.html"),
+    "import trace": (("import", "log.npz", "--out", "out", "--rig", "rig.yaml"), "out/traces/t000.csv"),
     "diagnose": (("diagnose", "no_set", "--out", "out"), "out/report.html"),
+    "diagnose origin": (("diagnose", "no_set", "--out", "out"), "out/provenance.json"),
     "train": (("train", "no_model", "--out", "out"), "out/model.eqx"),
+    "train config": (("train", "no_model", "--out", "out"), "out/config.yaml"),
     "fleet": (("fleet", "no_rigs", "--out", "out"), "out/index.html"),
+    "fleet rig": (("fleet", "no_rigs", "--out", "out"), "out/north/report.html"),
+    "blind": (("blind", "--out", "out", "--cases", "3"), "out/results/score.txt"),
+    "blind score": (("blind", "score", "no_rigs", "--out", "out"), "out/score.html"),
     "predict": (("predict", "no_model", "--conditions", "none.csv", "--out", "out"), "out/predictions.csv"),
+    "predict trace": (("predict", "no_model", "--conditions", "asked.csv", "--out", "out"), "out/traces/a.csv"),
     "run": (("run", "log.npz", "--rig", "rig.yaml", "--limit", "140", "--out", "out"), "out/index.html"),
     "export": (("export", "--c", "peak.h"), "peak.h"),
     "peak": (("peak", "--m", "4", "--d", "0", "--k-f", "0", "--k-c", "2e5", "--v-e", "0.2", "--f-p", "100",
               "--plot", "peak.html"), "peak.html"),
+    "run trace": (("run", "log.npz", "--rig", "rig.yaml", "--limit", "140", "--out", "out"),
+                  "out/data/traces/t003.csv"),
     "design": (("design", "--config", "none.yaml", "--plot", "design.html"), "design.html"),
     "check": (("check", "--model", "rig.yaml", "--situations", "none.csv", "--out", "said.csv"), "said.csv"),
 }  # fmt: skip
@@ -85,15 +104,45 @@ FOREIGN = {
 def test_nothing_of_others_is_overwritten(call, tmp_path, name):
     arguments, file = FOREIGN[name]
     recording(tmp_path / "log.npz")
-    (tmp_path / file).parent.mkdir(exist_ok=True)
+    (tmp_path / "asked.csv").write_text("trial,contact_velocity_m_per_s,pretension_n\na,0.2,60\n")
+    (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / file).write_text("mine")
     code, said = call(*arguments)
     assert code == 2 and "--overwrite" in said and file.split("/")[0] in said
     assert (tmp_path / file).read_text() == "mine"
-    code, said = call(*arguments, "--overwrite") if name not in ("run", "peak") else (2, "")
+    code, said = (
+        call(*arguments, "--overwrite") if name not in ("run", "run trace", "peak", "blind") else (2, "")
+    )
     assert "--overwrite" not in said
-    if name in ("export", "import"):
+    if name in ("export", "import", "import page", "import trace"):
         assert code == 0 and (tmp_path / file).read_text() != "mine"
+
+
+def test_training_from_a_configuration_overwrites_nothing_of_others(tmp_path, capsys):
+    """`train.fit`, whose folder may be the one in which its configuration lies."""
+    config = tmp_path / "config.yaml"
+    config.write_text((ROOT / "configs/table1.yaml").read_text().replace("artifacts/table1", str(tmp_path)))
+    (tmp_path / "table1_rig.yaml").write_text((ROOT / "configs/table1_rig.yaml").read_text())
+    before = config.read_text()
+    assert fit.main(["--config", str(config)]) == 2
+    assert "config.yaml: is there already" in capsys.readouterr().err
+    assert config.read_text() == before and len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("page", ("fleet", "score", "training"))
+def test_every_page_says_where_it_comes_from(page, monkeypatch, tmp_path):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", EPOCH)
+    origin = Origin("acf-jax <b>", {"my set": "0123456789abcdef"})
+    if page == "fleet":
+        text = fleet_page(Fleet(label="june", finished=DATE, rigs=()), [], str(origin))
+    elif page == "score":
+        rows = [NONE]
+        text = str(score_page("rig", rows, summarise(rows), str(origin)))
+    else:
+        write_page(tmp_path / "report.html", "net", "", [], origin)
+        text = (tmp_path / "report.html").read_text()
+    foot = text.split("<footer>")[1].split("</footer>")[0]
+    assert "Made on 2026-03-01 at 10:00 UTC by `acf-jax &lt;b&gt;` of my set (SHA-256 0123456789ab)." in foot
 
 
 def test_what_a_command_wrote_it_may_write_again(call, tmp_path):
@@ -122,3 +171,8 @@ def test_an_origin_is_told_in_a_sentence(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", EPOCH)
     told = str(Origin("acf-jax diagnose set", {"set": "0123456789abcdef"}))
     assert told == "Made on 2026-03-01 at 10:00 UTC by `acf-jax diagnose set` of set (SHA-256 0123456789ab)."
+    many = str(Origin("acf-jax fleet rigs", {f"rig-{n}": f"{n:064x}" for n in range(1000)}))
+    assert (
+        many.endswith(", rig-4 (SHA-256 000000000000), 995 others in provenance.json.")
+        and "rig-5" not in many
+    )

@@ -45,14 +45,14 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
         monkeypatch.setattr(search, "couples", couples)
         monkeypatch.setattr(search, "PAIRS", 6)  # fewer than are tried of five effects
         monkeypatch.setattr(search.Ground, "of", lambda _, leader: leader)
-        monkeypatch.setattr(candidates, "fit_nominal", lambda _: _fit((), 1200.0))
         monkeypatch.setattr(
             candidates, "fit_single", lambda _, name: _fit((name,), chi_squares.get((name,), 1100.0), mass)
         )
         monkeypatch.setattr(proposals, "fit_more", more)
         monkeypatch.setattr(candidates, "fit_further", lambda _, fitted: fitted)
         monkeypatch.setattr(candidates, "go_on", lambda _, glance: ended.append(glance.explanation) or glance)
-        _, fits = fit_all(SimpleNamespace(n_used=SAMPLES), EFFECTS, lambda _: None)  # type: ignore[arg-type]
+        observations: Any = SimpleNamespace(n_used=SAMPLES)
+        fits = fit_all(observations, _fit((), 1200.0), EFFECTS, lambda _: None)
         return [f.explanation for f in fits]
 
     ended: list[Explanation] = []

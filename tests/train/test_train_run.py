@@ -34,6 +34,9 @@ def test_writes_what_it_promises(finished: Path) -> None:
     assert {"metrics.json", "timings.json", "report.html", "model.eqx", "config.yaml"} <= names
     made = json.loads((finished / "provenance.json").read_text())
     assert made["command"].startswith("python -m train.fit --config ") and len(made["made_of"]) == 1
+    assert (
+        made["command"].split(" --config")[0] in (finished / "report.html").read_text().split("<footer>")[1]
+    )
     metrics = json.loads((finished / "metrics.json").read_text())
     assert set(metrics["errors"]) == {"fold", "dimensionless"}
     for error in metrics["errors"].values():

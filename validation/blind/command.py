@@ -8,9 +8,12 @@ import click
 
 from acf_jax.cli._ending import resumable
 from acf_jax.cli._json import echo_json
+from acf_jax.cli._origin import foreign_files, origin
 from acf_jax.cli._progress import counts
 from acf_jax.dataset import data_sets
+from acf_jax.errors import InputError
 from acf_jax.files import write_text
+from acf_jax.provenance import FILE, digest_of
 from acf_jax.workers import Where
 from validation.blind.answer import read_said
 from validation.blind.campaign import diagnose_all, make
@@ -19,12 +22,16 @@ from validation.blind.seal import check_answers, open_answers, seal_folder
 from validation.blind.summary import summarise
 from validation.blind.table import lines
 
+PAGE = "score.html"
 GOES_ON = "the same command goes on where it was"
 
 
-def run(out: Path, seed: int, cases: int, worlds: Sequence[str], where: Where, as_json: bool) -> None:
+def run(
+    out: Path, seed: int, cases: int, worlds: Sequence[str], where: Where, overwrite: bool, as_json: bool
+) -> None:
     """Draw data sets with a hidden cause into `out`, seal their answers, diagnose and score."""
     sets = out / "sets"
+    _check(out / "results", overwrite)
     with resumable(GOES_ON):
         with counts() as report:
             make(sets, seed, cases, worlds, where, report)
@@ -40,10 +47,18 @@ def seal(folder: Path, as_json: bool) -> None:
         click.echo(f"sealed, SHA-256 {digest}")
 
 
-def score(folder: Path, out: Path, where: Where, as_json: bool) -> None:
+def score(folder: Path, out: Path, where: Where, overwrite: bool, as_json: bool) -> None:
     """Diagnose the data sets of a folder, open their answers and score."""
+    _check(out, overwrite)
     with resumable(GOES_ON):
         _score(folder, out, where, as_json)
+
+
+def _check(results: Path, overwrite: bool) -> None:
+    """Refuse a score of others; the page and its origin name the program, and so vouch for what stands beside them."""
+    plain = () if (results / PAGE).is_file() else ("score.json", "score.txt")
+    if faults := foreign_files((results / name for name in (PAGE, FILE, *plain)), overwrite):
+        raise InputError(faults)
 
 
 def _score(folder: Path, results: Path, where: Where, as_json: bool) -> None:
@@ -66,9 +81,11 @@ def _score(folder: Path, results: Path, where: Where, as_json: bool) -> None:
     write_text(results / "score.json", json.dumps(content, indent=1) + "\n")
     text = lines(rows, summary)
     write_text(results / "score.txt", text)
-    write_text(results / "score.html", score_page(folder.name, rows, summary))
+    made = origin({str(folder): digest_of(folder)})
+    write_text(results / PAGE, score_page(folder.name, rows, summary, str(made)))
+    made.write(results)
     if as_json:
         echo_json(content)
         return
     click.echo(text)
-    click.echo(f"{results / 'score.html'}: open it in a browser")
+    click.echo(f"{results / PAGE}: open it in a browser")

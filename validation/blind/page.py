@@ -11,11 +11,11 @@ from validation.blind.summary import Row
 from validation.blind.table import cause_of, lifelike_figures, mark, named
 from validation.blind.targets import shown, targets
 
-VERDICTS = {True: ("met", "good"), False: ("missed", "bad"), None: ("no such case", "muted")}
+VERDICTS = {True: ("met", "good"), False: ("missed", "bad"), None: ("too few cases", "muted")}
 
 
-def score_page(name: str, rows: Sequence[Row], score: dict[str, Any]) -> str:
-    """The page of a score."""
+def score_page(name: str, rows: Sequence[Row], score: dict[str, Any], origin: str = "") -> str:
+    """The page of a score; `origin`: how it came about."""
     parts = [
         part("targets", "Targets", "What was asked for, and what came out", _targets(score)),
         part("lifelike", "Lifelike rigs", "Large effects among small ones", _lifelike(score)),
@@ -26,7 +26,9 @@ def score_page(name: str, rows: Sequence[Row], score: dict[str, Any]) -> str:
         part("misses", "Misses", "Every miss", _misses(rows)),
     ]
     foot = element(
-        "p", f"acf-jax {__version__}. The rows behind this page are in score.json beside it.", class_="muted"
+        "p",
+        f"acf-jax {__version__}. The rows behind this page are in score.json beside it. {origin}",
+        class_="muted",
     )
     return page(f"Blind score: {name}", _head(name, score), [p for p in parts if p], foot)
 
@@ -180,7 +182,7 @@ def _shrinkage(rows: Sequence[Row]) -> Html | None:
                      "arrayminus": series([max(0.0, v - e[0]) for e, v in zip(ends, value, strict=True)], 3)},
          "text": label, "hovertemplate": "%{text}: claimed %{y:.2f}<extra></extra>"},
         {"type": "scatter", "mode": "markers", "x": x, "y": series([max(-1.0, 1 - r["ratio"]) for r in claimed], 3),
-         "name": "real, on unseen conditions", "marker": {"color": "--corrected", "symbol": "diamond", "size": 7},
+         "name": "real, on held-out conditions", "marker": {"color": "--corrected", "symbol": "diamond", "size": 7},
          "text": label, "hovertemplate": "%{text}: real %{y:.2f}<extra></extra>"},
     ]  # fmt: skip
     layout = {

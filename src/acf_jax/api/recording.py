@@ -10,13 +10,13 @@ import plotly.graph_objects as go
 
 from acf_jax.api._values import CALLER, path_of, plain, warn
 from acf_jax.api.dataset import DataSet
-from acf_jax.api.rig import prior_of
+from acf_jax.api.rig import rig_file_of
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.recording import Impacts, Mapping, Refused, Session, find_impacts, read_mapping, read_session
 from acf_jax.recording.page import cuts_table, each_cut, taken, whole_recording
-from acf_jax.recording.review import Entry
-from acf_jax.recording.rig import stated
+from acf_jax.recording.review import Entry, read_review
+from acf_jax.recording.rig import RigFile
 from acf_jax.recording.words import found
 from acf_jax.recording.write import entry_of, write_impacts
 from acf_jax.report.markup import bullets, element, join
@@ -32,9 +32,15 @@ class Recording:
     Trials are called `t000`, `t001` and so on, by the time of contact. `drop` and `keep` change the recording itself.
     """
 
-    def __init__(self, session: Session, mapping: Mapping, rig: RigPrior | None):
-        self._session, self._mapping, self._rig = session, mapping, rig
-        self._first = self._find(rig, None)  # what the checks decide by themselves
+    def __init__(
+        self,
+        session: Session,
+        mapping: Mapping,
+        rig: RigFile | None,
+        review: Sequence[Entry] | None = None,
+    ):
+        self._session, self._mapping, self._rig, self._given = session, mapping, rig, review
+        self._first = self._find(rig, review)  # what the checks and a file of cuts decide
         self._by_hand: dict[str, bool] = {}
         self.impacts = self._first  # what was found, as the library says it
 
@@ -82,16 +88,16 @@ class Recording:
 
         **Raises:** `InputError` without a rig, and where no data set can come of the recording.
         """
-        prior = self._rig if rig is None else prior_of(rig)
-        if prior is None:
+        known = self._rig if rig is None else rig_file_of(rig)
+        if known is None:
             raise InputError(
                 "rig: is missing; give what is known of it, as in rig=acf_jax.Prior(m=(1.8, 0.1), ...)"
             )
-        impacts = self._find(prior, self._review())
+        impacts = self._find(known, self._review())
         if impacts.faults:
             raise InputError(_in_python(impacts.faults))
         with TemporaryDirectory() as folder:
-            read = write_impacts(Path(folder), impacts, stated(prior))
+            read = write_impacts(Path(folder), impacts, known)
         assert read is not None  # a rig was given
         return DataSet.of(read, self._session.path)
 
@@ -104,17 +110,17 @@ class Recording:
         faults = [bullets(self.faults)] if self.faults else []
         return join([head, *faults, cuts_table(self.impacts), taken(self.impacts)])
 
-    def _find(self, rig: RigPrior | None, review: list[Entry] | None) -> Impacts:
+    def _find(self, rig: RigFile | None, review: Sequence[Entry] | None) -> Impacts:
         try:
-            return find_impacts(self._session, self._mapping.contacts, rig, review)
+            return find_impacts(self._session, self._mapping.contacts, rig.prior if rig else None, review)
         except Refused as refused:
             return refused.impacts
 
-    def _review(self) -> list[Entry] | None:
+    def _review(self) -> Sequence[Entry] | None:
         """What was decided by hand beside what the checks decided; None where nothing was."""
         first = self._first
         if not self._by_hand:
-            return None
+            return self._given
         own = {cut.trial: None if first.faults else cut.keep for cut in first.cuts} | self._by_hand
         return [entry_of(first, cut, own[cut.trial]) for cut in first.cuts]
 
@@ -149,6 +155,7 @@ def read_recording(
     robot: str | Path | None = None,
     mapping: str | Path | None = None,
     rig: RigPrior | str | Path | None = None,
+    review: str | Path | None = None,
 ) -> Recording:
     """Read a recording of many impacts: a ROS bag, or a table or arrays of any kind that docs/import.md lists.
 
@@ -160,7 +167,7 @@ def read_recording(
     a number. `time`: column of the times. `rate`: Hz, of a table without times. `tare`: take off what the force reads
     while nothing is touched, which is done by default. `robot`: recording of the robot's signals, where that is one of
     its own. `mapping`: YAML file of these and further keys. `rig`: what is known of the rig, an `acf_jax.Prior` or a
-    rig's file; may be given to `diagnose` instead.
+    rig's file; may be given to `diagnose` instead. `review`: a cuts.yaml, with decisions about contacts.
 
     **Returns:** `Recording`. Where no data set can come of it a warning says why, and `plot` shows what was found.
 
@@ -169,7 +176,7 @@ def read_recording(
     >>> import acf_jax as acf
     >>> acf.read_recording("press.csv", force="-1*Fz", velocity="0.001*v_mm_s", tare=True)  # doctest: +SKIP
     """
-    prior = None if rig is None else prior_of(rig)
+    known = None if rig is None else rig_file_of(rig)
     given = {
         "force": force,
         "velocity": plain(velocity),
@@ -186,7 +193,8 @@ def read_recording(
         session = read_session(path_of(path), found, other=None if robot is None else path_of(robot))
     except InputError as error:
         raise InputError(_in_python(error.faults)) from None
-    recording = Recording(session, found, prior)
+    cuts = None if review is None else read_review(path_of(review), session.path.name, session.duration).cuts
+    recording = Recording(session, found, known, cuts)
     warn(recording.faults)
     return recording
 

@@ -13,7 +13,7 @@ from acf_jax.dataset.description import check_prior
 from acf_jax.dataset.units import QUANTITIES
 from acf_jax.errors import InputError, shown
 from acf_jax.model import Peak
-from acf_jax.recording.rig import read_rig_file
+from acf_jax.recording.rig import RigFile, read_rig_file, stated
 
 Numbers = ArrayLike | Sequence[float]
 Known = Sequence[float] | trials.Prior  # a value and its standard deviation
@@ -102,10 +102,16 @@ def short(value: float) -> str:
 
 def prior_of(rig: trials.RigPrior | str | Path) -> trials.RigPrior:
     """The prior itself, or that in a rig's file."""
+    return rig_file_of(rig).prior
+
+
+def rig_file_of(rig: trials.RigPrior | str | Path) -> RigFile:
+    """What a rig's file states, of the measurement, too; of a prior that alone."""
     if isinstance(rig, trials.RigPrior):
-        return trials.RigPrior(rig.m, rig.d, rig.k_f, rig.k_c)  # as files give it, whatever class it has
+        prior = trials.RigPrior(rig.m, rig.d, rig.k_f, rig.k_c)  # as files give it, whatever class it has
+        return stated(prior)
     if isinstance(rig, str | Path):
-        return read_rig_file(path_of(rig)).prior
+        return read_rig_file(path_of(rig))
     remedy = "give an acf_jax.Prior, or the path of a rig's file"
     raise InputError(f"rig: a diagnosis needs standard deviations, but is given {shown(rig)}; {remedy}")
 

@@ -14,6 +14,7 @@ from acf_jax.export.formula import Formula, of_corrected, of_paper, read_formula
 from acf_jax.export.write import write_c
 from acf_jax.files import write_text
 from acf_jax.gap_model import write_model
+from acf_jax.provenance import Origin, digest_of
 from acf_jax.surrogate import Surrogate, load_corrected
 from acf_jax.training.default import default_config
 from acf_jax.training.progress import Say
@@ -45,7 +46,7 @@ def trained_on(
             gap, path, Path(folder), spans, for_form(samples), for_form(steps), for_form(seed)
         )
         write_text(path, write_model(gap))
-        run(config, resume, say)
+        run(config, resume, say, Origin("acf_jax.train(...)", {MODEL: digest_of(path)}))
         stored = (Path(folder) / LEARNT).read_bytes()
         trained, _ = load_corrected(Path(folder) / LEARNT)
     return Source(of_diagnosis(gap, source=source.exact.source), gap, trained, stored)

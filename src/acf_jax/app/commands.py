@@ -1,14 +1,15 @@
-"""The commands that a session's steps run, from what its folder holds; a script of them repeats the session."""
+"""The commands that a session's steps run, from what its folder holds."""
 
-import shlex
+import json
 from collections.abc import Sequence
-from pathlib import Path
 
+from acf_jax.app.current import diagnosed_by, surrogate_of
 from acf_jax.app.sessions import CUTS, DATA, DIAGNOSIS, MAPPING, PLAN, RIG, SURROGATE, Session
 from acf_jax.errors import InputError
 
 CONDITIONS, DESCRIPTION, SLIDERS = f"{PLAN}/trials.csv", f"{PLAN}/dataset.yaml", f"{PLAN}/sliders.json"
 LEARNT, HEADER, ONNX = f"{SURROGATE}/model.eqx", f"{SURROGATE}/peak.h", f"{SURROGATE}/peak.onnx"
+MODEL = f"{DIAGNOSIS}/model.json"
 
 
 def import_command(session: Session) -> list[str]:
@@ -40,45 +41,27 @@ def export_command() -> list[str]:
 
 def plan_command(rate: float, noise: float) -> list[str]:
     """`plan` of the trials that are written down."""
-    return [
-        "plan",
-        DESCRIPTION,
-        "--conditions",
-        CONDITIONS,
-        "--sample-rate",
-        f"{rate:g}",
-        "--noise",
-        f"{noise:g}",
-        "--json",
-    ]
+    numbers = ["--sample-rate", f"{rate:g}", "--noise", f"{noise:g}"]
+    return ["plan", DESCRIPTION, "--conditions", CONDITIONS, *numbers, "--json"]
 
 
-def shell_script(session: Session, ran: Sequence[Sequence[str]]) -> str:
-    """The commands that ran, to be run again in the session's folder."""
-    lines = [shlex.join(["python", "-m", "acf_jax", *command]) for command in ran]
-    head = ["#!/bin/sh", "# Repeats the session. Run it in the session's folder, which holds the files that it names.",
-            "set -e"]  # fmt: skip
-    return "\n".join([*head, *lines, ""])
+def model_file(session: Session) -> str:
+    """What answers: the surrogate where one was trained on the diagnosis, else its model."""
+    return LEARNT if surrogate_of(session.folder / MODEL, session.folder / LEARNT) else MODEL
 
 
-def python_script(session: Session, without: Sequence[str], question: dict[str, float] | None) -> str:
-    """The same in Python."""
-    lines = ['"""Repeats the session. Run it in the session\'s folder, which holds the files that it names."""', "",
-             "import acf_jax as acf", ""]  # fmt: skip
-    recording, robot = session.recording(), session.recording("robot")
-    given = [f", {key}={name!r}" for key, name in (("mapping", MAPPING), ("rig", RIG)) if session.has(name)]
-    given += [f", robot={str(robot)!r}"] if robot else []
-    if recording is not None and not session.has(CUTS):
-        lines.append(f"data = acf.read_recording({str(recording)!r}{''.join(given)})")
-    else:  # decisions about cuts are in the data set that `import` wrote
-        lines.append(f"data = acf.read_dataset({DATA!r})")
-    blamed = f", without={list(without)!r}" if without else ""
-    lines += [f"diagnosis = acf.diagnose(data{blamed})", "print(diagnosis)", f"diagnosis.save({DIAGNOSIS!r})"]
-    if question:
-        lines += [
-            f"print(diagnosis.peak(v={question['v_e']:g}, f_p={question['f_p']:g}))",
-            f"print(diagnosis.speed(f_p={question['f_p']:g}, limit={question['limit']:g}))",
-        ]
-    if session.has(*Path(LEARNT).parts):
-        lines += [f"net = diagnosis.train({SURROGATE!r})", f"net.export_c({HEADER!r})"]
-    return "\n".join([*lines, ""])
+def planned(session: Session) -> list[str] | None:
+    """The command of the last plan; None where there was none."""
+    try:
+        sliders = json.loads((session.folder / SLIDERS).read_text("utf-8"))
+        return plan_command(float(sliders["rate"]), float(sliders["noise"]))
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+
+
+def diagnosed(session: Session) -> list[str] | None:
+    """The command of the diagnosis; None where there is none, or no data set to repeat it with."""
+    if not (session.is_diagnosed and session.is_imported):
+        return None
+    without, low_pass = diagnosed_by(session)
+    return diagnose_command(without) + (["--low-pass", f"{low_pass:g}"] if low_pass else [])

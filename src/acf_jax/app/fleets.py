@@ -9,6 +9,7 @@ from acf_jax.app.sessions import DATA, DIAGNOSIS, Session
 from acf_jax.errors import InputError
 from acf_jax.files import read_json_mapping, write_text
 from acf_jax.folders import write_folder
+from acf_jax.provenance import Origin
 
 FOLDER = "fleets"  # in the first chosen folder
 WRITTEN = ("diagnosis.json", "model.json", "report.html")
@@ -77,7 +78,9 @@ def compare(home: Path, sessions: Sequence[Session], since: Sequence[str]) -> st
         write_folder(
             out / session.name, {n: (made / n).read_bytes() for n in WRITTEN if (made / n).is_file()}
         )
-    write_text(out / "index.html", fleet_page(fleet, trends))
+    origin = Origin("acf-jax app, a comparison", {rig.rig: rig.data for rig in rigs})
+    write_text(out / "index.html", fleet_page(fleet, trends, str(origin)))
+    origin.write(out)
     write_text(out / FILE, json.dumps(fleet.model_dump(mode="json", by_alias=True), indent=1) + "\n")
     return label
 

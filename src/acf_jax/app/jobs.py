@@ -23,7 +23,7 @@ from acf_jax.app.work import CODE, OUTPUT, PROGRESS
 from acf_jax.errors import InputError
 from acf_jax.files import MAX_BYTES, write_text
 from acf_jax.forms import Part, validated
-from acf_jax.progress_lines import ASKED
+from acf_jax.progress_lines import ASKED, KNOWN
 
 FOLDER, LOCK, ABOUT = ".app", "lock", "job.json"
 Kind = Literal["plan", "import", "diagnose", "train", "export"]
@@ -58,6 +58,7 @@ class Job:
     done: int  # of the last stage
     total: int
     messages: tuple[str, ...]  # what the command said on standard error
+    known: tuple[dict[str, Any], ...]  # what it knew before it was done, see `acf_jax.diagnosis.interim`
     output: Path
 
     @property
@@ -80,7 +81,7 @@ class Job:
             "total": self.total,
             "elapsed": (self.ended or time.time()) - self.started,
             "left": self.left,
-            "messages": list(self.messages),
+            "known": len(self.known),
         }
 
 
@@ -153,10 +154,15 @@ def job(session: Path, kind: Kind) -> Job | None:
         state = "running" if is_held else "interrupted"
     stages: list[tuple[str, float]] = []
     messages: list[str] = []
+    known: list[dict[str, Any]] = []
     done, total = 0, 0
     begun = about.started
     for line in _lines(folder / PROGRESS):
-        step = _step(line)
+        content = _object(line)
+        if isinstance(content.get(KNOWN), dict):
+            known.append(content[KNOWN])
+            continue
+        step = _step(content)
         if step is None:
             messages.append(line)
             continue
@@ -173,6 +179,7 @@ def job(session: Path, kind: Kind) -> Job | None:
         done=done,
         total=total,
         messages=tuple(_told(messages)[:TOLD]),
+        known=tuple(known),
         output=folder / OUTPUT,
     )
 
@@ -253,12 +260,18 @@ def _told(lines: list[str]) -> list[str]:
     return [*lines[: lines.index(TRACEBACK)], f"error: {why}: {remedy}"]
 
 
-def _step(line: str) -> tuple[str, int, int, float] | None:
-    """Stage, done, total and time of a line of progress; None for any other line."""
-    if not line.startswith('{"stage"'):
-        return None
+def _object(line: str) -> dict[str, Any]:
+    """What a line of progress says; empty for any other line."""
     try:
-        step = json.loads(line)
-        return str(step["stage"]), int(step["done"]), int(step["total"]), float(step["at"])
+        content = json.loads(line) if line.startswith("{") else None
+    except ValueError:
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _step(content: dict[str, Any]) -> tuple[str, int, int, float] | None:
+    """Stage, done, total and time; None where they are not told."""
+    try:
+        return str(content["stage"]), int(content["done"]), int(content["total"]), float(content["at"])
     except (LookupError, TypeError, ValueError):
         return None

@@ -5,6 +5,7 @@ The law itself answers: the closed form, the simulation of the corrected model, 
 
 import math
 import threading
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +17,7 @@ from scipy.stats import norm
 
 from acf_jax.api.model import Model
 from acf_jax.api.source import source_of
+from acf_jax.app.current import surrogate_of
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import ContactModel, spread
 from acf_jax.contact.tried import REACH
@@ -29,7 +31,7 @@ PROBABILITY = 0.975
 _FIRST = "With 97.5 % the first peak stays within the limit "
 
 _LOCK = threading.Lock()
-_MODELS: dict[tuple[str, int], Model] = {}
+_MODELS: dict[tuple[bytes, ...], Model] = {}
 
 
 class Asked(NamedTuple):
@@ -46,18 +48,13 @@ def model_of(folder: Path, learnt: Path) -> Model:
 
     **Raises:** `InputError` where a file is damaged, or no answer may be given.
     """
-    path = (
-        learnt
-        if learnt.is_file() and learnt.stat().st_mtime > (folder / "model.json").stat().st_mtime
-        else folder
-    )
-    file = path if path.is_file() else folder / "model.json"
-    key = (str(file), file.stat().st_mtime_ns)
+    model = folder / "model.json"
+    key = tuple(sha256(path.read_bytes()).digest() if path.is_file() else b"" for path in (model, learnt))
     with _LOCK:
         if key not in _MODELS:
             while len(_MODELS) >= KEPT:
                 _MODELS.pop(next(iter(_MODELS)))
-            _MODELS[key] = Model(source_of(path))
+            _MODELS[key] = Model(source_of(learnt if surrogate_of(model, learnt) else folder))
         return _MODELS[key]
 
 

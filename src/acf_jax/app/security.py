@@ -75,6 +75,10 @@ class Guard:
             return PlainTextResponse("Only pages of this server may ask.", 403)
         if scope["method"] not in SAFE and (origin is None or site != "same-origin"):
             return PlainTextResponse("Only pages of this server may change anything.", 403)
+        # a page on another port is of the same site, and brings the cookie along
+        is_followed = scope["path"] == "/" and headers.get("sec-fetch-dest") == "document"
+        if site not in ("same-origin", "none") and not is_followed:
+            return PlainTextResponse("Only pages of this server may ask; begin at its first page.", 403)
         return None
 
     def _welcome(self, scope: Scope) -> Response | None:

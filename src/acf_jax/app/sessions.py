@@ -9,7 +9,8 @@ data/          the data set                 `diagnose`
 diagnosis/     what was found               `predict`, `speed`, `design`, `check`, `train`
 plan/          trials that are planned      `plan`
 surrogate/     a trained surrogate          `export`
-.app/          jobs: their progress, output and exit code
+design.yaml    the last question for the best setting   `design --config`
+.app/          jobs: their progress, output and exit code; what was asked
 """
 
 import fcntl
@@ -35,8 +36,10 @@ from acf_jax.forms import Part, check_form
 
 ABOUT, MAPPING, CUTS, RIG = "session.yaml", "mapping.yaml", "cuts.yaml", "rig.yaml"
 DATA, DIAGNOSIS, PLAN, SURROGATE, UPLOADED = "data", "diagnosis", "plan", "surrogate", "recording"
+DESIGN = "design.yaml"
 NAME = re.compile(r"[^\W_][\w.+ -]{0,79}")
-PARTS = (FOLDER, ABOUT, UPLOADED, MAPPING, CUTS, RIG, DATA, DIAGNOSIS, PLAN, SURROGATE)
+UNFINISHED = f".{DIAGNOSIS}.unfinished"  # fits of a diagnosis that was interrupted
+PARTS = (FOLDER, ABOUT, UPLOADED, MAPPING, CUTS, RIG, DATA, DIAGNOSIS, UNFINISHED, PLAN, SURROGATE, DESIGN)
 NEW = "none"  # version of a file that is not there
 
 
@@ -89,19 +92,6 @@ class Session:
     def has(self, *parts: str) -> bool:
         """Whether a file is there."""
         return self.folder.joinpath(*parts).is_file()
-
-    def is_younger(self, name: str, *than: str) -> bool:
-        """Whether a file is there and no other of those that are there was written after it."""
-        written, *before = (self.folder / path for path in (name, *than))
-        return written.is_file() and all(
-            written.stat().st_mtime >= path.stat().st_mtime for path in before if path.is_file()
-        )
-
-    @property
-    def is_outdated(self) -> bool:
-        """Whether the data set was written anew after its diagnosis."""
-        found = f"{DIAGNOSIS}/diagnosis.json"
-        return self.has(found) and not self.is_younger(found, f"{DATA}/trials.csv", f"{DATA}/dataset.yaml")
 
     @property
     def is_imported(self) -> bool:

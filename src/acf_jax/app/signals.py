@@ -99,8 +99,8 @@ def mapped(before: Mapping[str, Any], fields: Mapping[str, str]) -> dict[str, An
     elif rate is not None:
         content["sample_rate_hz"] = rate
     contacts = {key: value for key, value in (before.get("contacts") or {}).items() if key != "tare"}
-    if fields.get("tare"):
-        contacts["tare"] = True
+    if not fields.get("tare"):
+        contacts["tare"] = False  # by default `import` takes it off
     content.pop("contacts", None)
     if contacts:
         content["contacts"] = contacts

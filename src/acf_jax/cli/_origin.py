@@ -28,10 +28,15 @@ def foreign_files(paths: Iterable[Path | None], overwrite: bool) -> list[str]:
     if overwrite:
         return []
     return [
-        f"{path}: is there already, and acf-jax did not write it; name another place, or give --overwrite"
+        not_ours(path)
         for path in paths
         if path is not None and path.is_file() and path.stat().st_size and not _is_ours(path)
     ]
+
+
+def not_ours(path: Path) -> str:
+    """The fault of a result to be written where another program's file lies."""
+    return f"{path}: is there already, and acf-jax did not write it; name another place, or give --overwrite"
 
 
 def _is_ours(path: Path) -> bool:

@@ -1,26 +1,50 @@
-"""What an earlier run of the same command left in its folder."""
+"""What an earlier run of the same command left in its folder, and what is not of it."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
+from acf_jax.cli._origin import foreign_files, not_ours
 from acf_jax.provenance import FILE
+
+MARK = "contact_s"  # a column of trials.csv that only an import fills
 
 
 def foreign(data: Path, out: Path, overwrite: bool) -> list[str]:
-    """The fault of `--out`, where the folder `data` of it holds a data set that no import wrote."""
-    from acf_jax.recording.write import CUTS
+    """The faults of `--out`, where the folder `data` of it holds a data set, or files, that no import wrote."""
+    from acf_jax.recording.write import CUTS, REFUSED
 
-    if (data / "trials.csv").exists() and not (data / CUTS).exists() and not overwrite:
+    if overwrite:
+        return []
+    if (data / "trials.csv").exists() and not (data / CUTS).exists():
         return [
             f"--out {out}: holds a data set that no import wrote; name another folder, or give --overwrite"
         ]
-    return []
+    traces = [path for name in ("traces", "motion") for path in sorted((data / name).glob("t[0-9]*.csv"))]
+    known = traces_of(data / "trials.csv", MARK) if traces else []
+    return [*foreign_files((data / n for n in (CUTS, REFUSED, FILE)), False), *unknown(traces, data, known)]
+
+
+def unknown(paths: Iterable[Path], folder: Path, known: Iterable[str]) -> list[str]:
+    """The fault of the first file that is there and not of an earlier run, whose files in `folder` are `known`.
+
+    A table of numbers does not say which program wrote it.
+    """
+    there = {folder / name for name in known}
+    return [not_ours(path) for path in paths if path.is_file() and path not in there][:1]
+
+
+def foreign_training(out: Path, overwrite: bool) -> list[str]:
+    """The faults of the folder of a training run, where it holds results that no training wrote."""
+    plain = () if (out / "metrics.json").is_file() else ("timings.json",)  # which names no program
+    names = ("model.eqx", "report.html", "metrics.json", "config.yaml", FILE, *plain)
+    return foreign_files((out / name for name in names), overwrite)
 
 
 def of_import(data: Path) -> list[str]:
     """The files of an earlier import into the folder `data`, by their paths in it."""
     from acf_jax.recording.write import CUTS, REFUSED
 
-    return ["dataset.yaml", "trials.csv", CUTS, REFUSED, FILE, *traces_of(data / "trials.csv", "contact_s")]
+    return ["dataset.yaml", "trials.csv", CUTS, REFUSED, FILE, *traces_of(data / "trials.csv", MARK)]
 
 
 def traces_of(table: Path, mark: str) -> list[str]:

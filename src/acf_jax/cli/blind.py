@@ -11,6 +11,7 @@ import click
 
 import acf_jax
 from acf_jax.cli._group import Group
+from acf_jax.cli._origin import OVERWRITE
 from acf_jax.cli._seed import SEED
 from acf_jax.cli._workers import SCHEDULER, WORKERS, say
 
@@ -41,6 +42,7 @@ ELSEWHERE = "blind: is not installed; run it in a copy of acf-jax's source repos
 )
 @WORKERS
 @SCHEDULER
+@OVERWRITE
 @SCORE_AS_JSON
 @click.pass_context
 def command(
@@ -51,6 +53,7 @@ def command(
     worlds: tuple[str, ...],
     workers: int,
     scheduler: str | None,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Check the diagnosis on data sets whose cause is withheld.
@@ -66,7 +69,7 @@ def command(
         raise InputError("--out: is missing; name a folder for the run")
     from acf_jax.workers import Where
 
-    _program().run(out, seed, cases, worlds, Where(scheduler, workers, say), as_json)
+    _program().run(out, seed, cases, worlds, Where(scheduler, workers, say), overwrite, as_json)
 
 
 @command.command(epilog="Example: python -m acf_jax blind seal my_sets")
@@ -82,8 +85,11 @@ def seal(folder: Path, as_json: bool) -> None:
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for diagnoses and score.")
 @WORKERS
 @SCHEDULER
+@OVERWRITE
 @SCORE_AS_JSON
-def score(folder: Path, out: Path, workers: int, scheduler: str | None, as_json: bool) -> None:
+def score(
+    folder: Path, out: Path, workers: int, scheduler: str | None, overwrite: bool, as_json: bool
+) -> None:
     """Diagnose every data set of FOLDER that has no diagnosis in OUT yet, then open the answers and score.
 
     The answers are those under the seal of FOLDER, or an answer.yaml beside each data set: `effects: [...]`, and
@@ -91,7 +97,7 @@ def score(folder: Path, out: Path, workers: int, scheduler: str | None, as_json:
     """
     from acf_jax.workers import Where
 
-    _program().score(folder, out, Where(scheduler, workers, say), as_json)
+    _program().score(folder, out, Where(scheduler, workers, say), overwrite, as_json)
 
 
 def _program() -> ModuleType:

@@ -21,7 +21,7 @@ NEEDED = ("--body-area", "--contact", "--v-e", "--f-p")
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--model", "model_file", required=True, type=click.Path(path_type=Path), help=HELP)
+@click.option("--model", "--rig", "model_file", required=True, type=click.Path(path_type=Path), help=HELP)
 @click.option(
     "--situations", type=click.Path(path_type=Path), help="CSV: a table of situations instead of one."
 )

@@ -8,6 +8,8 @@ from acf_jax.cli._json import echo_json
 from acf_jax.cli._origin import OVERWRITE, foreign_files, origin
 from acf_jax.cli._progress import stages
 from acf_jax.cli._seed import SEED
+from acf_jax.progress_lines import tell_known, wants_lines
+from acf_jax.provenance import FILE
 
 EXAMPLES = """
 \b
@@ -48,7 +50,8 @@ def command(
     """Diagnose the sim-to-real gap of the data set in the folder DATASET.
 
     Writes OUT/diagnosis.json, OUT/report.html, OUT/model.json and OUT/provenance.json.
-    `import` makes a data set of a recording.
+    `import` makes a data set of a recording. A diagnosis that was interrupted, by Ctrl-C or in whatever way, goes on
+    with the fits that it has made: the same command takes them from .OUT.unfinished beside OUT.
     """
     from acf_jax.dataset import LowPass, read_dataset
     from acf_jax.dataset.low_pass import APPLIED_ORDER
@@ -56,7 +59,7 @@ def command(
 
     faults = [f"--out {out}: is a file; name a folder"] if out.exists() and not out.is_dir() else []
     faults += foreign_files(
-        (out / name for name in ("diagnosis.json", "model.json", "report.html")), overwrite
+        (out / name for name in ("diagnosis.json", "model.json", "report.html", FILE)), overwrite
     )
     data = collected(faults, lambda: read_dataset(dataset))  # told before anything slow is loaded
     if faults or data is None:
@@ -73,12 +76,17 @@ def command(
 
     start_jax()
     from acf_jax.diagnosis import diagnose
+    from acf_jax.inference.unfinished import beside, kept_in
     from acf_jax.report import save_diagnosis, told
 
-    with stages() as progress:
-        diagnosis = diagnose(data, seed, progress, without, low_pass=band)
-        progress("writing the report")
-        content = save_diagnosis(out, diagnosis, origin({str(dataset): data.digest}))
+    watch = tell_known if wants_lines() else None
+    with kept_in(beside(out)) as left:
+        if left:
+            click.echo(f"note: goes on with {left} fits of a diagnosis that was interrupted", err=True)
+        with stages() as progress:
+            diagnosis = diagnose(data, seed, progress, without, low_pass=band, watch=watch)
+            progress("writing the report")
+            content = save_diagnosis(out, diagnosis, origin({str(dataset): data.digest}))
     if as_json:
         echo_json(content)
     else:

@@ -63,14 +63,16 @@ def command(
     from acf_jax.fleet.changes import find_changes
     from acf_jax.fleet.page import fleet_page
     from acf_jax.fleet.record import FILE, read_fleets
-    from acf_jax.fleet.run import run_fleet
+    from acf_jax.fleet.run import WRITTEN, run_fleet
+    from acf_jax.provenance import FILE as ORIGIN
     from acf_jax.workers import Where
 
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: is a file; name a folder")
     if any(earlier.resolve() == out.resolve() for earlier in since):
         raise InputError(f"--since {out}: is the folder of --out; name another one for the new results")
-    if faults := foreign_files((out / FILE, out / "index.html"), overwrite):
+    of_rigs = (path for name in WRITTEN for path in sorted(out.glob(f"*/{name}")))
+    if faults := foreign_files((out / FILE, out / "index.html", out / ORIGIN, *of_rigs), overwrite):
         raise InputError(faults)
     earlier = read_fleets(since)  # faults are told before anything slow begins
 
@@ -84,8 +86,9 @@ def command(
     fleet = fleet.model_copy(update=compared)
     content = fleet.model_dump(mode="json", by_alias=True)
     write_text(out / FILE, json.dumps(content, indent=1) + "\n")
-    write_text(out / "index.html", fleet_page(fleet, trends))
-    origin({str(folder / rig.rig): rig.data for rig in fleet.rigs if rig.data}).write(out)
+    made = origin({str(folder / rig.rig): rig.data for rig in fleet.rigs if rig.data})
+    write_text(out / "index.html", fleet_page(fleet, trends, str(made)))
+    made.write(out)
     if as_json:
         echo_json(content)
     else:

@@ -10,7 +10,7 @@ import click
 from acf_jax.cli._json import echo_json
 from acf_jax.cli._origin import OVERWRITE, foreign_files
 from acf_jax.cli._progress import stages
-from acf_jax.cli._stale import traces_of
+from acf_jax.cli._stale import traces_of, unknown
 
 if TYPE_CHECKING:
     from acf_jax.predict import Prediction
@@ -35,7 +35,7 @@ COLUMNS = (
 
 
 @click.command(epilog=EXAMPLES)
-@click.argument("diagnosis_dir", type=click.Path(path_type=Path))
+@click.argument("diagnosis", type=click.Path(path_type=Path))
 @click.option(
     "--conditions",
     required=True,
@@ -54,7 +54,7 @@ COLUMNS = (
 @OVERWRITE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the rows of predictions.csv.")
 def command(
-    diagnosis_dir: Path,
+    diagnosis: Path,
     conditions: Path,
     out: Path,
     which: str | None,
@@ -62,7 +62,7 @@ def command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Predict impacts with the model that `diagnose` left in DIAGNOSIS_DIR.
+    """Predict impacts with the model that `diagnose` left in DIAGNOSIS, its folder or its model.json.
 
     Writes OUT/predictions.csv and OUT/traces/<trial>.csv.
     """
@@ -78,6 +78,9 @@ def command(
         faults.append(f"--out {out}: holds a data set, whose traces have these names; name another folder")
     faults += foreign_files([out / "predictions.csv"], overwrite)
     trials = collected(faults, lambda: read_conditions(conditions))
+    if trials is not None and not overwrite:
+        known = traces_of(out / "predictions.csv", COLUMNS[-1])
+        faults += unknown((out / "traces" / f"{t.name}.csv" for t in trials), out, known)
     if faults or trials is None:
         raise InputError(faults)
 
@@ -86,12 +89,13 @@ def command(
     start_jax()
     import numpy as np
 
+    from acf_jax.contact.model_file import model_path
     from acf_jax.files import write_text
     from acf_jax.folders import whole_folder
     from acf_jax.gap_model import read_model
     from acf_jax.predict import notes, predict
 
-    model = read_model(diagnosis_dir / "model.json")
+    model = read_model(model_path(diagnosis))
     asked, which = which, which or model.preferred
     v_e = np.array([t.contact_velocity for t in trials])
     f_p = np.array([t.pretension for t in trials])

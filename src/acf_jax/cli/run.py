@@ -13,6 +13,7 @@ from acf_jax.cli._signals import signal_options
 from acf_jax.cli._stale import foreign, of_import
 from acf_jax.cli._stop import OPTIONS, ending_options, make_ending
 from acf_jax.errors import InputError, TooLittleData, collected
+from acf_jax.provenance import FILE
 
 if TYPE_CHECKING:
     from acf_jax.contact.ending import Ending
@@ -107,7 +108,7 @@ def _of_folder(out: Path, overwrite: bool) -> list[str]:
     recover(out)
     results = [
         out / PAGE,
-        *(out / "diagnosis" / name for name in ("diagnosis.json", "model.json", "report.html")),
+        *(out / "diagnosis" / name for name in ("diagnosis.json", "model.json", "report.html", FILE)),
     ]
     return [*foreign(out / DATA, out, overwrite), *foreign_files(results, overwrite)]
 

@@ -20,7 +20,7 @@ Examples:
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--model", "model_file", required=True, type=click.Path(path_type=Path), help=HELP)
+@click.option("--model", "--rig", "model_file", required=True, type=click.Path(path_type=Path), help=HELP)
 @click.option("--f-p", required=True, type=float, help="Pretension F_P, N.")
 @click.option(
     "--limit",

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import click
 
-from acf_jax.cli._origin import OVERWRITE, foreign_files, origin
+from acf_jax.cli._origin import OVERWRITE, origin
 from acf_jax.cli._seed import SEED
+from acf_jax.cli._stale import foreign_training
 from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError, collected
 
@@ -65,7 +66,7 @@ def command(
     faults = []
     if out.exists() and not out.is_dir():
         faults.append(f"--out {out}: is a file; name a folder")
-    faults += foreign_files((out / name for name in ("model.eqx", "report.html", "metrics.json")), overwrite)
+    faults += foreign_training(out, overwrite)
     spans = {name: span for text in ranges if (found := _span(text, faults)) for name, span in [found]}
     file = collected(faults, lambda: ModelFile(diagnosis))
     if file and (not file.is_diagnosis or file.is_trained):
@@ -83,10 +84,10 @@ def command(
     from acf_jax.training.default import default_config
 
     path, gap = file.path, read_model(file.path)
-    code = train(lambda: default_config(gap, path, out, spans, samples, steps, seed), resume, as_json)
-    if not code:
-        origin({str(path): digest_of(path)}).write(out)
-    if code:
+    made = origin({str(path): digest_of(path)})
+    if code := train(
+        lambda: default_config(gap, path, out, spans, samples, steps, seed), made, resume, as_json
+    ):
         raise click.exceptions.Exit(code)
 
 

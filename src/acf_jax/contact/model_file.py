@@ -20,20 +20,33 @@ HELP = "A rig's YAML file, a diagnosis' model.json, or a model.eqx that was trai
 TRAINED = "acf-jax corrected surrogate 1"
 
 
+def model_path(path: Path) -> Path:
+    """The model.json of a diagnosis' folder; any other path as it is.
+
+    **Raises:** `InputError` for the folder of a data set, which is not diagnosed yet.
+    """
+    if not path.is_dir():
+        return path
+    found = path / "model.json"
+    if not found.exists() and (path / "dataset.yaml").exists():
+        raise InputError(
+            f"{path}: is a data set without a diagnosis; `diagnose` it, and name the folder of --out"
+        )
+    return found
+
+
 class ModelFile:
     """A model file whose form has been checked; `load` needs JAX, this does not."""
 
     def __init__(
         self, path: Path, relative_std: Mapping[str, float] | None = None, surrogate: Path | None = None
     ):
-        self.path, self.surrogate = path, surrogate
+        self.path, self.surrogate = model_path(path), surrogate
         self.rig: dict[str, float] = {}
         self.stds: dict[str, float] = {}  # of the rig's values
         self.relative_std = dict(relative_std or {})
         self.tried: tuple[tuple[float, float], tuple[float, float]] | None = None  # of v_e and of f_p
         faults: list[str] = []
-        if path.is_dir():
-            self.path = path / "model.json"  # a diagnosis' folder
         if self.is_diagnosis:
             faults += self._check_trained() if self.is_trained else self._check_json()
             faults += [

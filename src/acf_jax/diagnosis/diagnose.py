@@ -10,6 +10,7 @@ from acf_jax.dataset.filtered import assess_low_passed
 from acf_jax.dataset.low_pass import approach_behind, thinned
 from acf_jax.dataset.noise import approach_samples
 from acf_jax.diagnosis import claims, damage, identifiability, motion, strain
+from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.contributions import Contribution, contributions
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.explain import explain
@@ -22,6 +23,7 @@ from acf_jax.diagnosis.heldout import (
     form_error,
     hold_out,
 )
+from acf_jax.diagnosis.interim import Interim, Watch
 from acf_jax.diagnosis.outliers import outliers
 from acf_jax.diagnosis.search import Progress, fit_all, recoloured
 from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, held_out_shrinkage, peak_shrinkage
@@ -29,6 +31,7 @@ from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.verdict import judge, stands
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
+from acf_jax.errors import suggestion
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, posterior
 from acf_jax.gap_model import FORM_MOST
@@ -85,6 +88,7 @@ def diagnose(
     progress: Progress = lambda stage: None,
     without: Collection[str] = (),
     low_pass: LowPass | None = None,
+    watch: Watch | None = None,
 ) -> Diagnosis:
     """Where the gap between the paper's model and measured impacts lies, why, and how far it shrinks.
 
@@ -92,16 +96,17 @@ def diagnose(
     gives the same answer. `progress`: called with the name of each stage as it begins. `without`:
     effects of the library that cannot be the cause, as one who knows the rig would say. `low_pass`: a filter for data
     and model, to leave out what is faster than any cause that is asked for, as a ring; then `Diagnosis.dataset` holds
-    what came out of it.
+    what came out of it. `watch`: told what is known before all is, see `acf_jax.diagnosis.interim`.
 
     **Returns:** a `Diagnosis`. Needs float64 (`jax_enable_x64`).
 
     **Raises:** `InputError` when fewer than three trials can be used, `ValueError` where `without` names no effect.
     """
-    if strange := set(without) - library().keys():
-        raise ValueError(
-            f"no effect is called {', '.join(map(repr, sorted(strange)))}; take of {sorted(library())}"
-        )
+    without = [without] if isinstance(without, str) else without
+    if strange := sorted(set(without) - library().keys()):
+        known = sorted(library())
+        hint = suggestion(strange[0], known) or f"; take of {known}"
+        raise ValueError(f"no effect is called {', '.join(map(repr, strange))}{hint}")
     progress("looking at the data")
     names = [trial.name for trial in dataset.trials]
     quality = assess_low_passed(dataset, low_pass) if low_pass else assess_dataset(dataset)
@@ -111,14 +116,17 @@ def diagnose(
     for name in names:
         if name not in observations.names:
             excluded.setdefault(name, NOT_COMPARED)
+    interim = Interim(watch)
+    interim.trust(quality, excluded)
     effects = [name for name in library() if name not in without]
-    recalibrated, fits = fit_all(observations, effects, progress)
+    recalibrated, fits = _fit(quality, observations, effects, progress, interim)
     left_out = outliers(observations, [recalibrated, *fits])
     if left_out:
         excluded |= left_out
         kept = np.array([name not in left_out for name in observations.names])
         observations = with_scatter(observations.subset(kept))
-        recalibrated, fits = fit_all(observations, effects, progress)
+        interim.trust(quality, excluded)
+        recalibrated, fits = _fit(quality, observations, effects, progress, interim)
     progress("asking what the noise is like")
     traces = [t.trace for t in quality.dataset.trials if t.trace and t.name in observations.names]
     before = [approach_samples(trace) for trace in traces]
@@ -126,7 +134,8 @@ def diagnose(
         before = [thinned(approach_behind(trace, band), band) for trace in traces]
     observations, fits = recoloured(observations, [recalibrated, *fits], before)
     progress("weighing explanations")
-    fits, evidence = explain(observations, fits, effects)
+    interim.anew()
+    fits, evidence = explain(observations, fits, effects, interim.weighed)
     highest = damage.highest_probability(quality, observations.names)
     told = damage.tempered(posterior(evidence), highest)
     scored, credible = told.scored, credible_set(told.scored)
@@ -214,6 +223,18 @@ def diagnose(
             *([] if validation.is_possible else [ONE_CONDITION]),
         ),
     )
+
+
+def _fit(
+    quality: Quality, observations: Observations, effects: Sequence[str], progress: Progress, interim: Interim
+) -> tuple[Fit, list[Fit]]:
+    """The recalibrated model, and the explanations that are fitted beside it."""
+    interim.anew()
+    progress("recalibrating the paper's model")
+    recalibrated = fit_nominal(observations)
+    interim.gap(observations, measured_peaks(quality, observations), _unfitted(observations), recalibrated)
+    interim.fitted([recalibrated])
+    return recalibrated, fit_all(observations, recalibrated, effects, progress, interim.fitted)
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:

@@ -5,7 +5,7 @@ Which laws are fitted together is found by proposals: from the most probable law
 another, until no such explanation is more probable.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain, combinations
@@ -31,16 +31,20 @@ ROUNDS = 4  # of proposals at most: it bounds the time, not what is found, since
 
 
 def explain(
-    observations: Observations, fits: Sequence[Fit], effects: Sequence[str]
+    observations: Observations,
+    fits: Sequence[Fit],
+    effects: Sequence[str],
+    told: Callable[[Sequence[Marginal]], None] = lambda marginals: None,
 ) -> tuple[list[Fit], list[Marginal]]:
     """The fits of all explanations, and the evidence of each alone and beside a discrepancy of each size.
 
     **Arguments:** `fits`: the recalibrated model first. `effects`: that proposals may take.
+    `told`: given the evidence as soon as it is there.
 
     **Returns:** the given fits and those that proposals add; the evidence of these, and of the most promising ones
     beside each size of the discrepancy.
     """
-    weighed = _Weighed(observations, fits)
+    weighed = _Weighed(observations, fits, told)
     weighed.beside_all(_chosen(fits))
     asked: set[Explanation] = set()
     for _ in range(ROUNDS):
@@ -58,9 +62,16 @@ def explain(
 class _Weighed:
     """What is weighed so far. Of fits beside a discrepancy only their evidence is kept: they are large."""
 
-    def __init__(self, observations: Observations, fits: Sequence[Fit]):
+    def __init__(
+        self,
+        observations: Observations,
+        fits: Sequence[Fit],
+        told: Callable[[Sequence[Marginal]], None],
+    ):
         self.plain = {f.explanation: f for f in fits}
-        self.marginals = [marginal(f) for f in fits]
+        self.marginals: list[Marginal] = []
+        self.told = told
+        self._note([marginal(f) for f in fits])
         self.observations = {0.0: observations} | {
             size: replace(observations, discrepancy=discrepancy(observations, size)) for size in SIZES
         }
@@ -75,13 +86,13 @@ class _Weighed:
 
     def take(self, found: Sequence[Fit], size: float) -> None:
         """What proposals found beside one size; those that are near the best there are weighed beside all."""
-        self.marginals += [marginal(f, size) for f in found]
+        self._note([marginal(f, size) for f in found])
         near = self._near(size)
         promising = [f for f in found if f.explanation in near]
         if size:
             plain = in_parallel([partial(self._fitted, 0.0, f) for f in promising])
             sound = [f for f in plain if np.isfinite(f.objective)]
-            self.marginals += map(marginal, sound)
+            self._note([marginal(f) for f in sound])
         else:
             sound = promising
         self.plain |= {f.explanation: f for f in sound}
@@ -112,7 +123,11 @@ class _Weighed:
 
     def _weigh(self, size: float, fits: Sequence[Fit]) -> None:
         found = in_parallel([partial(self._weighed, size, f) for f in fits])
-        self.marginals += [m for m in found if np.isfinite(m.objective)]
+        self._note([m for m in found if np.isfinite(m.objective)])
+
+    def _note(self, marginals: Sequence[Marginal]) -> None:
+        self.marginals += marginals
+        self.told(marginals)
 
     def _weighed(self, size: float, fitted: Fit) -> Marginal:
         return marginal(self._fitted(size, fitted), size)

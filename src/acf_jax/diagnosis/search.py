@@ -33,14 +33,26 @@ WORTH_ONE_MORE = 6.0  # chi-square that one more effect has to promise before it
 Progress = Callable[[str], None]
 
 
-def fit_all(observations: Observations, effects: Sequence[str], progress: Progress) -> tuple[Fit, list[Fit]]:
-    """The recalibrated model, every single effect and free curve, and the pairs that forward search finds."""
-    progress("recalibrating the paper's model")
-    recalibrated = candidates.fit_nominal(observations)
+def fit_all(
+    observations: Observations,
+    recalibrated: Fit,
+    effects: Sequence[str],
+    progress: Progress,
+    told: Callable[[Sequence[Fit]], None] = lambda fits: None,
+) -> list[Fit]:
+    """Every single effect and free curve beside the recalibrated model, and the pairs that forward search finds.
+
+    `told` is given fits as soon as they are there.
+    """
     progress("fitting every effect")
     ground = Ground.of(observations, recalibrated)
-    tasks = [partial(candidates.fit_single, ground, name) for (name,) in candidates.singles(effects)]
-    fits = candidates.in_parallel(tasks)
+
+    def single(name: str) -> Fit:
+        found = candidates.fit_single(ground, name)
+        told([found])
+        return found
+
+    fits = candidates.in_parallel([partial(single, name) for (name,) in candidates.singles(effects)])
     progress("searching for pairs")
 
     alone = best_first(f for f in fits if not is_free_curve(f.explanation))
@@ -53,9 +65,10 @@ def fit_all(observations: Observations, effects: Sequence[str], progress: Progre
     else:
         near = [f for f in alone[:LEADERS] if _left(observations, [f]) < FAR]
         more = _grow(observations, near, effects)
+    told(more)
     fits += more
     # a simulation that broke down at every start explains nothing
-    return recalibrated, [f for f in fits if np.isfinite(f.objective)]
+    return [f for f in fits if np.isfinite(f.objective)]
 
 
 def recoloured(

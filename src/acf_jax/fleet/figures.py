@@ -101,8 +101,6 @@ def gaps(rigs: Sequence[Rig]) -> Html | None:
         "xaxis": axis("force error of the recalibrated model, N", type="log", dtick=OCTAVE),
         "yaxis": axis("of the corrected model, N", type="log", dtick=OCTAVE),
     }
-    caption = (
-        "RMS force error on unseen conditions; the further below the line, the more of the gap is explained."
-    )
+    caption = "RMS force error on held-out conditions; the further below the line, the more of the gap is explained."
     title = "Force error before and after the correction"
     return plot("gaps", title, caption, [Variant("", data)], layout, 420)

@@ -13,8 +13,8 @@ from acf_jax.report.page import page, part
 from acf_jax.report.words import VERDICTS, listed, name_of, percent
 
 
-def fleet_page(fleet: Fleet, trends: Sequence[Trend]) -> str:
-    """The page of a run; `trends` as `find_changes` gives them."""
+def fleet_page(fleet: Fleet, trends: Sequence[Trend], origin: str = "") -> str:
+    """The page of a run; `trends` as `find_changes` gives them, `origin`: how the run came about."""
     rigs = [rig for rig in fleet.rigs if not rig.fault]
     faults = [_fault(rig.rig, line) for rig in fleet.rigs for line in rig.fault.splitlines()]
     faults += [_fault(name, f"in {fleet.since[-1]}, but not among these data sets") for name in fleet.missing]
@@ -33,7 +33,7 @@ def fleet_page(fleet: Fleet, trends: Sequence[Trend]) -> str:
     foot = element(
         "p",
         f"acf-jax {__version__}. The figures are those of fleet.json beside this page and of each rig's diagnosis.json;"
-        " force and peak errors are on conditions that the fit did not see.",
+        f" force and peak errors are on conditions that the fit did not see. {origin}",
         class_="muted",
     )
     return page(f"Fleet: {fleet.label}", _head(fleet, rigs), [p for p in parts if p], foot)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from acf_jax.dataset.low_pass import settling_time
+from acf_jax.inference import unfinished
 from acf_jax.inference.forward import SAMPLES, Grid, step_for
 from acf_jax.inference.linear import Linearisation, half_chi_square, linearise, normal_equations
 from acf_jax.inference.observations import COMMON_TRIGGER, Observations
@@ -186,7 +187,37 @@ def fit(
         known = min(nuisance.shape[1], guess.shape[1])  # other rings may have been found meanwhile
         guess[:, :known] = nuisance[:, :known]
     nuisance = guess
-    grid = grid_for(observations, explanation)._replace(pull=0.0 if warm else 1.0)
+    grid = grid_for(observations, explanation)
+    key = unfinished.key_of(observations.digest, explanation, at, u, nuisance, warm, iterations, tolerance)
+    if found := unfinished.find(key):
+        u, nuisance = found
+        linear = linearise(observations, explanation, at, u, nuisance, grid)
+    else:
+        u, nuisance, linear = _optimum(
+            observations, explanation, at, u, nuisance, grid, warm, iterations, tolerance
+        )
+        unfinished.keep(key, u, nuisance)
+    objective = half_chi_square(linear, u, nuisance)
+    hessian = normal_equations(linear, u, nuisance, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
+    with np.errstate(over="ignore"):  # of an unstable integration
+        chi2 = (linear.residual**2).sum(1) + (nuisance**2).sum(1)
+    residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
+    return Fit(explanation, at, u, nuisance, objective, chi2, hessian, residual, linear, grid)
+
+
+def _optimum(
+    observations: Observations,
+    explanation: Explanation,
+    at: Coordinates,
+    u: np.ndarray,
+    nuisance: np.ndarray,
+    grid: Grid,
+    warm: bool,
+    iterations: int,
+    tolerance: float,
+) -> tuple[np.ndarray, np.ndarray, Linearisation]:
+    """Where a fit ends that begins at u and nuisance, and the model about it; arguments as of `fit`."""
+    grid = grid._replace(pull=0.0 if warm else 1.0)
     linear = linearise(observations, explanation, at, u, nuisance, grid)
     inflation = 1.0 if warm else _inflation(linear, observations.n_used)
     damping, small = 1e-3, 0
@@ -222,14 +253,8 @@ def fit(
             linear = linearise(observations, explanation, at, u, nuisance, grid)
         inflation = calmer
     if grid.pull:
-        grid = grid._replace(pull=0.0)
-        linear = linearise(observations, explanation, at, u, nuisance, grid)
-    objective = half_chi_square(linear, u, nuisance)
-    hessian = normal_equations(linear, u, nuisance, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
-    with np.errstate(over="ignore"):  # of an unstable integration
-        chi2 = (linear.residual**2).sum(1) + (nuisance**2).sum(1)
-    residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
-    return Fit(explanation, at, u, nuisance, objective, chi2, hessian, residual, linear, grid)
+        linear = linearise(observations, explanation, at, u, nuisance, grid._replace(pull=0.0))
+    return u, nuisance, linear
 
 
 def _inflation(linear: Linearisation, samples: int) -> float:

@@ -13,6 +13,7 @@ from acf_jax.inference.forward import SAMPLES, step_for
 from acf_jax.inference.parameters import COMMON, Measures
 from acf_jax.inference.ring import Ring, ringing
 from acf_jax.inference.robot_motion import WALKS, RobotMotion, robot_motion, velocity_std
+from acf_jax.inference.unfinished import digest
 from acf_jax.inference.whitening import Whitener
 
 LEAST_TRIALS = 3
@@ -62,6 +63,11 @@ class Observations:
     censored: np.ndarray | None = (
         None  # (trials, n) bool, none of `used`: the force is at least that; None: none is
     )
+
+    @cached_property
+    def digest(self) -> str:
+        """What tells these observations from others."""
+        return digest(self)
 
     @property
     def n_used(self) -> int:

@@ -1,6 +1,32 @@
 """What follows the first peak: the largest contact force until a time, and what no rebound exceeds.
 
-With k_F > 0 the force rises again as the robot goes on. docs/theory.md proves both statements below.
+With k_F > 0 the force rises again as the robot goes on. Proofs of the two statements below, in the symbols of
+docs/theory.md:
+
+**The maxima fall and then rise.** F = c_0 + c_1 t + h(t) with h(t + T) = e^{-delta T} h(t), T = P/omega, P = 2
+pi/eta and c_1 >= 0. Each maximum M_n = F(t_n) is the largest of its swing, so with q = 1 - e^{-delta T}
+
+    M_{n+1} - M_n >= F(t_n + T) - F(t_n) = c_1 T - q h(t_n),
+    M_n - M_{n-1} <= F(t_n) - F(t_n - T) = c_1 T - q e^{delta T} h(t_n).
+
+If M_n >= M_{n-1}, then q h(t_n) <= c_1 T e^{-delta T} and M_{n+1} >= M_n.
+
+**Contact lost and made again.** In the robot's frame, xi = x - v t, the energy E = m xi'^2/2 + F_C^2/(2 k_C) + k_F
+xi^2/2 obeys E' = -d xi'^2 - L xi' with L = d v + k_F v t. Integrated by parts, with J the integral of xi where xi >
+0,
+
+    F_C^2/(2 k_C) <= E(0) + L (F_C - F_P)/k_C + k_F v J.
+
+Where xi > 0, L xi <= y = E(0) + k_F v J, so y' <= y k_F/(d + k_F t): y grows at most as d + k_F t does, and not
+before t_0 = tau_0/omega, since xi < 0 until the first peak. That gives `force_bound`.
+
+**When the robot stops.** With X(t) the robot's way and q = -xi the flange's, m q'' = d (X' - q') + k_F (X - q) -
+F_C. Then L = d X' + k_F X, and its fall at a stop adds at most d v (F* - F_P)/k_C to the energy, with F* the
+largest force of all. So the bound holds for F* too, with the time of the stop for t. For a free body the same
+follows for a stop while contact is lost: the flange's speed is at most v + rho, with m rho^2 + m_H (v - b)^2 <= m_H
+v^2 and b the body's speed, so the next hit has mu (v + rho - b)^2 <= m_H v^2. At rest, W = m q'^2/2 + F_C^2/(2 k_C)
++ k_F x^2/2 obeys W' = -d q'^2 - F_C y', and the body's speed y' only grows. At the largest force q' = y', so no
+later force exceeds sqrt(k_C (2 W - m y'^2)).
 """
 
 import jax

@@ -104,7 +104,7 @@ def in_words(content: dict[str, Any]) -> Html:
             )
     if not sentences:
         alone = gap["recalibrated"]["force_rms_n"] is None and gap["recalibrated"]["peak_rms_percent"] is None
-        why = "all trials have one condition, so none is unseen" if alone else "there is no gap to shrink"
+        why = "all trials have one condition, so none is held out" if alone else "there is no gap to shrink"
         if content["corrected_is_better"] is False and not alone:
             why = "the corrected model is not better than the recalibrated one there"
         sentences = [f"No shrinkage is stated: {why}."]

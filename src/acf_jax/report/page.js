@@ -52,8 +52,7 @@ function switched(plot, traces) {
   return traces.map((trace) => (trace.meta ? { ...trace, visible: isShown(trace.meta) } : trace));
 }
 
-const plots = [...document.querySelectorAll(".plot")];
-const drawAll = () => Promise.all(plots.map(draw));
+const drawAll = () => Promise.all([...document.querySelectorAll(".plot")].map(draw));
 for (const choice of document.querySelectorAll("select[data-plot]")) {
   choice.addEventListener("change", () => draw(document.getElementById(choice.dataset.plot)));
 }

@@ -99,7 +99,7 @@ def _tiles(d: Diagnosis, content: dict[str, Any]) -> Html:
     if None not in (before["force_rms_n"], after["force_rms_n"]):
         tiles.append(
             (
-                "Force error on unseen conditions",
+                "Force error on held-out conditions",
                 f"{before['force_rms_n']:.3g} → {after['force_rms_n']:.3g} N",
                 f"RMS, recalibrated → corrected; noise and spread {si(floor, 3, 'N')}",
             )
@@ -107,7 +107,7 @@ def _tiles(d: Diagnosis, content: dict[str, Any]) -> Html:
     if None not in (before["peak_rms_percent"], after["peak_rms_percent"]):
         tiles.append(
             (
-                "Peak error on unseen conditions",
+                "Peak error on held-out conditions",
                 f"{before['peak_rms_percent']:.2g} → {after['peak_rms_percent']:.2g} %",
                 f"RMS; at worst {after['peak_max_percent']:.2g} % after correction",
             )

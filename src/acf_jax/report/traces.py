@@ -35,7 +35,7 @@ def overlay(diagnosis: Diagnosis, look: Outlook) -> Html | None:
     by = (
         "by a fit that did not see the trial's condition; the contact force by the fit to all trials"
         if has_unseen(d)
-        else "by the fit to all trials: they have one condition, so none is unseen"
+        else "by the fit to all trials: they have one condition, so none is held out"
     )
     moved = " The robot moves as measured, but for the contact force." if o.robot else ""
     caption = (

@@ -78,7 +78,7 @@ def write_report(path: Path, diagnosis: Diagnosis, content: dict[str, Any], orig
     ]  # fmt: skip
     foot = element(
         "p",
-        f"acf-jax {__version__}. The figures are those of diagnosis.json beside this page; ‘unseen conditions’ means"
+        f"acf-jax {__version__}. The figures are those of diagnosis.json beside this page; ‘held-out conditions’ means"
         " cross-validation by condition. SI units; positive x compresses the flange; time 0 is first contact."
         f" {origin or f'Data set {d.dataset.folder.name}, SHA-256 {d.dataset.digest[:12]}.'}",
         class_="muted",

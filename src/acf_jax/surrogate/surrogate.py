@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float
 from acf_jax.errors import InputError
 from acf_jax.model import Impact, Rig
 from acf_jax.model.rig import broadcast
-from acf_jax.surrogate.box import Box
+from acf_jax.surrogate.box import UNITS, Box
 from acf_jax.surrogate.features import AbstractFeatures
 from acf_jax.surrogate.fold import distance_to_fold
 
@@ -73,6 +73,11 @@ class Surrogate(eqx.Module):
     features: AbstractFeatures = eqx.field(static=True)
     box: Box = eqx.field(static=True)
     header: str = eqx.field(static=True, default="{}")  # JSON: configuration, versions, errors
+
+    def __repr__(self) -> str:
+        spans = zip(UNITS.items(), self.box.low, self.box.high, strict=True)
+        told = [f"{name} {low:g} to {high:g} {unit}".removesuffix(" 1") for (name, unit), low, high in spans]
+        return f"Surrogate of the paper's peak force ({', '.join(told)})"
 
     def force(self, rig: Rig, impact: Impact) -> Scalar:
         """F_max in N, of one sample; nothing is checked."""

@@ -8,9 +8,9 @@ import jax
 import numpy as np
 
 from acf_jax.errors import InputError
-from acf_jax.files import write_text
 from acf_jax.surrogate.saved import read_header, read_leaves, write_tree
-from acf_jax.training.config import AnyConfig, to_yaml
+from acf_jax.training.config import AnyConfig
+from acf_jax.training.results import write_config
 
 FOLDER = "checkpoints"  # of a run's folder
 
@@ -35,7 +35,7 @@ def begin(config: AnyConfig, resume: bool) -> None:
     if not resume:
         shutil.rmtree(config.output / FOLDER, ignore_errors=True)
     if not resume or not (config.output / FOLDER).exists():
-        write_text(config.output / "config.yaml", to_yaml(config))
+        write_config(config)
 
 
 def read_state(path: Path, identity: dict[str, Any]) -> tuple[dict[str, Any], bytes]:

@@ -18,6 +18,7 @@ from acf_jax.contact.peak import Simulated
 from acf_jax.contact.read import of_diagnosis
 from acf_jax.errors import InputError
 from acf_jax.gap_model import GapModel, read_model, write_model
+from acf_jax.provenance import Origin
 from acf_jax.surrogate.corrected import (
     Bounds,
     CorrectedSurrogate,
@@ -47,7 +48,7 @@ LEAST_SHARE = 0.5  # of impacts whose first peak is the largest force, below whi
 DISTANCE = 0.05  # of the third output above what was seen where the surrogate must not answer
 
 
-def run(config: CorrectedConfig, resume: bool, say: Say) -> dict[str, Any]:
+def run(config: CorrectedConfig, resume: bool, say: Say, origin: Origin | None = None) -> dict[str, Any]:
     """Label, train, bound and judge; returns what metrics.json holds."""
     folder, timings, clock = config.output, {}, time.perf_counter
     path = config.labels.model
@@ -119,8 +120,8 @@ def run(config: CorrectedConfig, resume: bool, say: Say) -> dict[str, Any]:
     save_corrected(
         folder / "model.eqx", surrogate, config.network, gap.model_dump(mode="json", by_alias=True), more
     )
-    write_results(config, metrics, timings)
-    write_corrected_report(folder / "report.html", config, domain, law.effects, metrics, timings)
+    write_results(config, metrics, timings, origin)
+    write_corrected_report(folder / "report.html", config, domain, law.effects, metrics, timings, origin)
     say(summary(metrics))
     say(f"surrogate: {folder / 'model.eqx'}, report: {folder / 'report.html'}")
     return metrics

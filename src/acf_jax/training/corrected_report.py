@@ -4,6 +4,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from acf_jax.provenance import Origin
 from acf_jax.surrogate.corrected import Domain
 from acf_jax.training.charts import Axis, Series, chart, power
 from acf_jax.training.config import CorrectedConfig
@@ -19,8 +20,9 @@ def write_corrected_report(
     effects: tuple[str, ...],
     metrics: dict[str, Any],
     timings: dict[str, float],
+    origin: Origin | None = None,
 ) -> None:
-    """Write report.html from what metrics.json and timings.json hold."""
+    """Write report.html from what metrics.json and timings.json hold; `origin`: how the run came about."""
     head = _headline(config, effects, metrics, timings)
     parts = [
         _errors(config, metrics),
@@ -28,7 +30,7 @@ def write_corrected_report(
         _worst(metrics),
         _run(config, metrics, timings),
     ]
-    write_page(path, config.output.name, head, parts)
+    write_page(path, config.output.name, head, parts, origin)
 
 
 def _headline(

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from acf_jax.errors import InputError
+from acf_jax.provenance import Origin
 from acf_jax.surrogate import Surrogate, load_surrogate, save_surrogate
 from acf_jax.surrogate.box import UNITS, Box
 from acf_jax.surrogate.features import FEATURES, AbstractFeatures
@@ -29,7 +30,7 @@ from acf_jax.training.results import write_results
 from acf_jax.training.versions import versions
 
 
-def run(config: Config, resume: bool, say: Say) -> dict[str, Any]:
+def run(config: Config, resume: bool, say: Say, origin: Origin | None = None) -> dict[str, Any]:
     """Train and judge every feature set of the configuration; returns what metrics.json holds."""
     folder, timings, clock = config.output, {}, time.perf_counter
     start = clock()
@@ -66,8 +67,8 @@ def run(config: Config, resume: bool, say: Say) -> dict[str, Any]:
     metrics["table1"] = evaluate.table1(config, load_surrogate(folder / "model.eqx"))
     timings["evaluate_s"] = clock() - start
 
-    write_results(config, metrics, timings)
-    write_report(folder / "report.html", config, metrics, timings)
+    write_results(config, metrics, timings, origin)
+    write_report(folder / "report.html", config, metrics, timings, origin)
     say(evaluate.summary(metrics))
     say(f"report: {folder / 'report.html'}")
     return metrics

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from acf_jax.files import write_text
-from acf_jax.provenance import PROGRAM
+from acf_jax.provenance import PROGRAM, Origin
 from acf_jax.style import stylesheet
 from acf_jax.surrogate.features import FEATURES
 from acf_jax.training.charts import Axis, Series, chart, colour_bar, decades, heat_map, power
@@ -27,8 +27,14 @@ _TITLES = {
 }
 
 
-def write_report(path: Path, config: Config, metrics: dict[str, Any], timings: dict[str, float]) -> None:
-    """Write report.html from what metrics.json and timings.json hold."""
+def write_report(
+    path: Path,
+    config: Config,
+    metrics: dict[str, Any],
+    timings: dict[str, float],
+    origin: Origin | None = None,
+) -> None:
+    """Write report.html from what metrics.json and timings.json hold; `origin`: how the run came about."""
     head = _headline(config, metrics, timings)
     parts = [
         _features(config, metrics),
@@ -37,11 +43,12 @@ def write_report(path: Path, config: Config, metrics: dict[str, Any], timings: d
         _worst(metrics),
         _run(config, metrics, timings),
     ]
-    write_page(path, config.output.name, head, parts)
+    write_page(path, config.output.name, head, parts, origin)
 
 
-def write_page(path: Path, name: str, head: str, parts: Sequence[str]) -> None:
+def write_page(path: Path, name: str, head: str, parts: Sequence[str], origin: Origin | None) -> None:
     """Write one self-contained HTML file: head, sections, foot."""
+    made = f" {escape(str(origin))}" if origin else ""
     write_text(
         path,
         f"""<!doctype html>
@@ -60,7 +67,7 @@ def write_page(path: Path, name: str, head: str, parts: Sequence[str]) -> None:
 <main>
 {"".join(f"<section>{part}</section>" for part in parts if part)}
 </main>
-<footer><p class="muted">{PROGRAM}. SI units.</p></footer>
+<footer><p class="muted">{PROGRAM}. SI units.{made}</p></footer>
 </body>
 </html>
 """,

@@ -70,6 +70,8 @@ def test_the_score_is_better_than_chance_and_complete(run):
     assert "false alarms without any effect" in printed
     page = (out / "results" / "score.html").read_text()
     assert "Confusion matrix" in page
+    made = json.loads((out / "results" / "provenance.json").read_text())
+    assert made["made_of"][0]["sha256"][:12] in page.split("<footer>")[1]
     head = page.split("<script>")[0]
     assert f"; {page.count('>met</span>')} of " in head
     assert "src=" not in head and "<link" not in head  # nothing comes from elsewhere

@@ -80,6 +80,15 @@ def test_lifelike_rigs_are_counted_apart_and_wrong_ones_that_are_sure_are_few() 
     assert "Large effects among small ones" in page and "loose_pad among 2 small" in page
 
 
+def test_a_few_cases_do_not_show_that_a_target_is_met_but_may_miss_it() -> None:
+    def alarms(rows):
+        return next(t for t in targets(summarise(rows)) if "false alarms" in t.name).met
+
+    assert [alarms([NONE] * n) for n in (1, 4, 5)] == [None, None, True]
+    assert alarms([NONE, ALARM]) is False
+    assert "0 of 0 targets are met" in str(score_page("rig", [NONE], summarise([NONE])))
+
+
 def test_a_run_without_lifelike_rigs_says_nothing_of_them() -> None:
     score = summarise([NONE, ALARM])
     assert next(t for t in targets(score) if "lifelike" in t.name).met is None

@@ -4,15 +4,15 @@ from urllib.parse import quote
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
+from starlette.responses import JSONResponse, RedirectResponse, Response
 
-from acf_jax.app import commands, fleets, jobs, printing, sessions
+from acf_jax.app import commands, fleets, jobs, printing, scripts, sessions
 from acf_jax.app.answers.requests import Form, one, places_of, served, session_named, session_of, to
-from acf_jax.app.pages import diagnosing, using
 from acf_jax.app.pages import fleet as fleet_page
+from acf_jax.app.pages import using
 from acf_jax.app.sessions import DATA, DIAGNOSIS
 from acf_jax.errors import InputError
-from acf_jax.files import inside, write_bytes
+from acf_jax.files import inside
 
 REACHED = (DATA, DIAGNOSIS, sessions.SURROGATE)  # folders of a session whose files can be had
 
@@ -53,24 +53,19 @@ def file_of(request: Request) -> Response:
 
 
 def pdf(request: Request) -> Response:
-    session = session_of(request)
-    report, pdf = session.folder / DIAGNOSIS / "report.html", session.folder / DIAGNOSIS / "report.pdf"
+    report = session_of(request).folder / DIAGNOSIS / "report.html"
     if not report.is_file():
         raise HTTPException(404, "there is no report yet; diagnose first")
-    if not pdf.is_file() or pdf.stat().st_mtime < report.stat().st_mtime:
-        write_bytes(pdf, printing.pdf_of(report))
-    return FileResponse(pdf, filename="report.pdf", media_type="application/pdf")
+    headers = {"Content-Disposition": 'attachment; filename="report.pdf"'}
+    return Response(printing.pdf_of(report), media_type="application/pdf", headers=headers)
 
 
 def script(request: Request) -> Response:
     session, kind = session_of(request), request.path_params["kind"]
-    if kind == "sh":
-        done = [jobs.job(session.folder, kind) for kind in jobs.KINDS]
-        text = commands.shell_script(session, [job.command for job in done if job and job.state == "done"])
-    elif kind == "py":
-        text = commands.python_script(session, diagnosing.without_of(session), using.question_of(session))
-    else:
+    written = {"sh": scripts.shell_script, "py": scripts.python_script}.get(kind)
+    if written is None:
         raise HTTPException(404, "no such script")
+    text = written(session)
     headers = {"Content-Disposition": f'attachment; filename="session.{kind}"'}
     return Response(text, media_type="text/plain; charset=utf-8", headers=headers)
 

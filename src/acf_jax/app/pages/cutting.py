@@ -12,16 +12,16 @@ from acf_jax.app.pages.roles import WORDS
 from acf_jax.app.sessions import CUTS, DATA, MAPPING, Session
 from acf_jax.forms import check_form
 from acf_jax.recording.review import AUTO, SCHEMA, Entry, Review, review_text
+from acf_jax.recording.write import CUTS as PAGE
+from acf_jax.recording.write import REFUSED
 from acf_jax.report.markup import Html, element, join
-
-PAGE, REFUSED = "import.html", "import_refused.html"
 
 
 def cutting(session: Session, faults: Sequence[str] = ()) -> Response:
     """The page."""
     job = jobs.job(session.folder, "import")
     busy = job is not None and job.is_running
-    shown = _shown(session, job)
+    shown = _shown(session)
     found = [line.removeprefix("error: ") for line in job.messages] if job and job.state == "failed" else []
     body: list[object] = [faults_box(faults)]
     if busy or (job and job.state != "done" and not found):
@@ -79,11 +79,9 @@ def _as_written(entry: Entry) -> dict[str, Any]:
     }
 
 
-def _shown(session: Session, job: jobs.Job | None) -> str | None:
-    """The page of the last import: that of a refused one where it is younger than the data set's."""
-    files = [session.folder / DATA / name for name in (PAGE, REFUSED)]
-    there = [file for file in files if file.is_file()]
-    return max(there, key=lambda file: file.stat().st_mtime).name if there else None
+def _shown(session: Session) -> str | None:
+    """The page of the last import: an import that comes well removes that of a refused one."""
+    return next((name for name in (REFUSED, PAGE) if session.has(DATA, name)), None)
 
 
 def _remedies(session: Session, faults: Sequence[str]) -> Html:

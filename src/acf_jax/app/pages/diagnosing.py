@@ -8,6 +8,7 @@ from itertools import pairwise
 from starlette.responses import Response
 
 from acf_jax.app import jobs
+from acf_jax.app.current import diagnosed_by
 from acf_jax.app.pages.layout import (
     button,
     embedded,
@@ -20,6 +21,7 @@ from acf_jax.app.pages.layout import (
     page,
     running,
 )
+from acf_jax.app.pages.provisional import known_so_far
 from acf_jax.app.sessions import DATA, DIAGNOSIS, Session
 from acf_jax.report.markup import Html, element, table, void
 from acf_jax.report.plot import Variant, axis, plot, series
@@ -33,6 +35,8 @@ def diagnosing(session: Session, faults: Sequence[str] = ()) -> Response:
     job = jobs.job(session.folder, "diagnose")
     busy = running(session)
     body: list[object] = [faults_box(faults), job_panel(session, busy or job)]
+    if busy and busy.kind == "diagnose":
+        body.append(known_so_far(busy.known))
     if not session.is_imported:
         body.append(
             note("No data set yet: ", element("a", "cut a recording", href=f"{session.url}/cut"), " first.")
@@ -66,7 +70,9 @@ def effects() -> dict[str, str]:
 def without_of(session: Session) -> list[str]:
     """The causes that the last diagnosis was told cannot be."""
     job = jobs.job(session.folder, "diagnose")
-    command = job.command if job else ()
+    if job is None:
+        return diagnosed_by(session)[0]
+    command = job.command
     return [name for option, name in pairwise(command) if option == "--without"]
 
 

@@ -6,6 +6,7 @@ from starlette.responses import HTMLResponse
 
 from acf_jax import __version__
 from acf_jax.app import jobs
+from acf_jax.app.current import is_outdated
 from acf_jax.app.jobs import Job
 from acf_jax.app.sessions import Session
 from acf_jax.report.markup import Html, bullets, element, escape, join, void
@@ -31,6 +32,10 @@ ENDED = {
     "stopped": ("open", "Cancelled; nothing is left half-written"),
     "interrupted": ("bad", "Interrupted: its process is gone. Nothing is left half-written; start it again"),
 }
+GOES_ON = {  # what a diagnosis has fitted is kept
+    "stopped": "Cancelled; nothing is left half-written. Started again it goes on where it was",
+    "interrupted": "Interrupted: its process is gone. Started again it goes on where it was",
+}
 
 
 def page(
@@ -45,7 +50,7 @@ def page(
     name = element("a", "acf-jax", href="/", class_="brand")
     where = [element("a", session.name, href=f"{session.url}/open", class_="where")] if session else []
     head = element("header", element("div", name, *where, class_="bar"), _steps(session, step))
-    files = ("plotly.js", "page.js", "app.js", *scripts)
+    files = ("renew.js", "plotly.js", "page.js", "app.js", *scripts)
     loaded = join(element("script", src=f"/static/{file}", defer=True) for file in files)
     foot = element(
         "footer",
@@ -103,9 +108,9 @@ def note(*text: object, mood: str = "") -> Html:
 
 def outdated(session: Session) -> Html:
     """A remark where the diagnosis is of another data set than the session's."""
-    if not session.is_outdated:
+    if not is_outdated(session):
         return Html("")
-    return note("The data set is younger than this diagnosis: diagnose again.", mood="open")
+    return note("The data set is another than the one that was diagnosed: diagnose again.", mood="open")
 
 
 def form(action: str, *body: object, **attributes: object) -> Html:
@@ -193,6 +198,8 @@ def job_panel(session: Session, job: Job | None) -> Html:
     word = DOING[job.kind]
     if not job.is_running:
         mood, said = ENDED[job.state]
+        if job.kind == "diagnose":
+            said = GOES_ON.get(job.state, said)
         if job.state == "done":
             return Html("")
         return join(
@@ -206,11 +213,14 @@ def job_panel(session: Session, job: Job | None) -> Html:
         element("h2", word, id="job-title"),
         element("progress", aria_labelledby="job-title", id="job-progress", max=1),
         element("p", "starting", id="job-said", role="status", aria_live="polite"),
+        element("p", id="job-clock", class_="muted", aria_hidden="true"),
+        *(element("p", line, class_="muted") for line in job.messages if line.startswith("note: ")),
         element("ol", id="job-stages", class_="stages", aria_label="Stages"),
         form(f"{session.url}/cancel", button("Cancel")),
         class_="box job",
         id="job",
         data_events=f"{session.url}/events",
+        data_known=len(job.known),
         aria_labelledby="job-title",
     )
 

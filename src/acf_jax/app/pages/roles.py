@@ -22,14 +22,14 @@ def signals_form(session: Session, content: dict[str, Any], offered: dict[str, A
     """The form, filled in with what mapping.yaml says, else with what the recording offers."""
     every = [(c["name"], f) for c in offered.get("channels", []) for f in (c["fields"] or [None])][:SIGNALS]
     rows = [_role(role, content, offered, every) for role in signals.ROLES]
-    tare = bool((content.get("contacts") or {}).get("tare"))
+    tare = (content.get("contacts") or {}).get("tare", True) is not False  # as `import` has it
     zero = element(
         "div",
         void("input", type="checkbox", id="tare", name="tare", checked=tare, aria_describedby="tare-hint"),
         element("label", " Zero: take off what the force reads before each contact", for_="tare"),
         element(
             "p",
-            "For a sensor that shows something while nothing is touched.",
+            "A sensor reads something while nothing is touched: it drifts, or feels its tool's weight.",
             class_="muted hint",
             id="tare-hint",
         ),

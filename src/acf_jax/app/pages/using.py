@@ -8,7 +8,8 @@ from typing import Any
 from starlette.responses import Response
 
 from acf_jax.app import jobs
-from acf_jax.app.commands import HEADER, LEARNT, ONNX
+from acf_jax.app.commands import HEADER, LEARNT, MODEL, ONNX
+from acf_jax.app.current import is_made_of, surrogate_of
 from acf_jax.app.pages.layout import (
     button,
     faults_box,
@@ -23,12 +24,12 @@ from acf_jax.app.pages.layout import (
     select,
     slider,
 )
+from acf_jax.app.questions import call_of, keep
 from acf_jax.app.sessions import DIAGNOSIS, Session
-from acf_jax.errors import InputError, shown
+from acf_jax.errors import InputError
 from acf_jax.report.markup import Html, bullets, element, join
 from acf_jax.report.plot import Variant, axis, plot
 
-QUESTIONS = ("speed", "design", "check")
 GOALS = (
     ("fastest", "as fast as possible"),
     ("highest_process_force", "highest process force"),
@@ -72,54 +73,13 @@ def model_of(session: Session) -> Any:
 
 def answer(session: Session, question: str, fields: Mapping[str, str]) -> dict[str, Any]:
     """The answer to a question as HTML; `InputError` for one that cannot be asked."""
-    import acf_jax as acf
-
     model = model_of(session)
-    get = _Reader(fields)
-    with warnings.catch_warnings(record=True):
-        warnings.simplefilter("always")  # an answer shows its notes itself
-        found: Any
-        if question == "speed":
-            f_p, limit = get.number("f_p", "Pretension"), get.number("limit", "Limit")
-            get.check()
-            found = acf.speed(model, f_p, limit)
-        elif question == "design":
-            v = (get.number("v-low", "Lowest velocity"), get.number("v-high", "Highest velocity"))
-            f = (get.number("f-low", "Least pretension"), get.number("f-high", "Largest pretension"))
-            limit = get.number("limit", "Limit")
-            get.check()
-            goal: Any = fields.get("goal", "fastest")
-            found = acf.design(model, limit, v_e=v, f_p=f, goal=goal)
-        elif question == "check":
-            v_e, f_p = get.number("v", "Velocity"), get.number("f_p", "Pretension")
-            stop, area = get.number("stop", "Stopped after", optional=True), fields.get("area", "")
-            get.check()
-            contact: Any = fields.get("contact", "quasi_static")
-            found = acf.check(model, area, v=v_e, f_p=f_p, contact=contact, stop_after=stop or None)
-        else:
-            raise InputError(f"question {shown(question)}: is none of {', '.join(QUESTIONS)}")
+    call = call_of(question, fields)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # an answer shows its notes itself
+        found = getattr(model, question)(**call)
+    keep(session, question, fields)
     return {"html": found._repr_html_()}
-
-
-class _Reader:
-    """Numbers of a form; what is wrong is collected."""
-
-    def __init__(self, fields: Mapping[str, str]):
-        self.fields, self.faults = fields, list[str]()
-
-    def number(self, name: str, label: str, optional: bool = False) -> float:
-        text = self.fields.get(name, "").strip()
-        if optional and not text:
-            return 0.0
-        try:
-            return float(text)
-        except ValueError:
-            self.faults.append(f"{label}: {shown(text)} is no number; write digits with a point")
-            return 0.0
-
-    def check(self) -> None:
-        if self.faults:
-            raise InputError(self.faults)
 
 
 def _sliders(session: Session) -> Html:
@@ -232,10 +192,11 @@ def _downloads(session: Session) -> Html:
         _link(f"{url}/script.sh", "Script: the commands of every step", True),
         _link(f"{url}/script.py", "Script: the same in Python", True),
     ]
-    has_net = session.is_younger(LEARNT, f"{DIAGNOSIS}/model.json")
+    learnt = surrogate_of(session.folder / MODEL, session.folder / LEARNT)
+    has_net = learnt is not None
     outputs = ((LEARNT, "Surrogate, model.eqx"), (HEADER, "C99 header"), (ONNX, "ONNX model"))
     for name, word in outputs if has_net else ():
-        is_new = name == LEARNT or session.is_younger(name, LEARNT)
+        is_new = name == LEARNT or is_made_of(session.folder / name, learnt)
         links.append(_link(f"{url}/file/{name}?download=1", word, is_new))
     told = " about a minute; answers on a controller"
     if session.has(LEARNT) and not has_net:
@@ -258,15 +219,3 @@ def _up(value: float, step: float) -> float:
 
 def _down(value: float, step: float) -> float:
     return -_up(-value, step)
-
-
-def question_of(session: Session) -> dict[str, float] | None:
-    """Where the sliders begin, for a script; None where nothing may be built on the model."""
-    from acf_jax.app import live
-
-    if not session.is_diagnosed:
-        return None
-    try:
-        return {name: span[2] for name, span in live.spans(model_of(session)).items()}
-    except InputError:
-        return None

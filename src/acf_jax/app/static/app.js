@@ -23,37 +23,37 @@ function seconds(value) {
 }
 
 /* A job that runs: its progress, until it has ended; then the page shows what came of it. */
-const job = document.getElementById("job");
-if (job) {
+function watch() {
+  const job = document.getElementById("job");
+  if (!job) return;
   const bar = document.getElementById("job-progress"), said = document.getElementById("job-said");
-  const list = document.getElementById("job-stages");
+  const list = document.getElementById("job-stages"), clock = document.getElementById("job-clock");
   const events = new EventSource(job.dataset.events);
   let told = "";
-  events.onmessage = ({ data }) => {
+  list.replaceChildren();
+  events.onmessage = async ({ data }) => {
     const state = JSON.parse(data);
     if (state.state !== "running") {
       events.close();
-      location.reload();
+      await renew();
+      watch(); // another may have begun meanwhile
       return;
     }
     while (list.children.length < state.stages.length) list.append(document.createElement("li"));
     state.stages.forEach((name, i) => {
-      list.children[i].textContent = name;
+      if (list.children[i].textContent !== name) list.children[i].textContent = name;
       list.children[i].toggleAttribute("aria-current", i === state.stages.length - 1);
     });
     if (state.left !== null) bar.value = state.elapsed / (state.elapsed + state.left || 1);
     else bar.removeAttribute("value");
     const stage = state.stages.at(-1) ?? "starting";
     const left = state.left === null ? "" : `, about ${seconds(state.left)} left`;
-    const text = `${stage}${left}`;
-    if (stage !== told) { said.textContent = text; told = stage; }
-    said.dataset.now = text;
-    job.querySelector(".clock")?.remove();
-    const clock = Object.assign(document.createElement("p"), { className: "clock muted", ariaHidden: "true" });
+    if (stage !== told) { said.textContent = `${stage}${left}`; told = stage; }
     clock.textContent = `${seconds(state.elapsed)} so far${left}`;
-    said.after(clock);
+    if (String(state.known) !== job.dataset.known) renew();
   };
 }
+watch();
 
 /* A page that a command wrote tells its height. */
 window.addEventListener("message", ({ data, source }) => {
@@ -63,16 +63,11 @@ window.addEventListener("message", ({ data, source }) => {
 });
 
 /* A slider and its number are one. */
-for (const range of document.querySelectorAll("input[data-pair]")) {
-  const number = document.getElementById(range.dataset.pair);
-  range.addEventListener("input", () => { number.value = range.value; });
-  number.addEventListener("input", () => {
-    if (number.validity.valid && number.value) {
-      range.value = number.value;
-      range.dispatchEvent(new Event("input", { bubbles: true }));
-    }
-  });
-}
+document.addEventListener("input", ({ target }) => {
+  if (target.dataset.pair) document.getElementById(target.dataset.pair).value = target.value;
+  const range = target.type === "number" && document.querySelector(`[data-pair="${target.id}"]`);
+  if (range && target.validity.valid && target.value) range.value = target.value;
+});
 
 /* Files that are dropped or chosen go to the server one after the other. */
 const drop = document.getElementById("drop");
@@ -125,9 +120,10 @@ if (drop) {
 }
 
 /* A form is sent once. */
-for (const form of document.querySelectorAll("form[method=post]:not(.ask):not(#sliders)")) {
-  form.addEventListener("submit", () => setTimeout(() => {
-    for (const button of form.querySelectorAll("button[type=submit]")) button.disabled = true;
-  }));
-}
+document.addEventListener("submit", ({ target }) => {
+  if (target.matches(".ask, #sliders")) return;
+  setTimeout(() => {
+    for (const button of target.querySelectorAll("button[type=submit]")) button.disabled = true;
+  });
+});
 window.addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });

@@ -1,8 +1,8 @@
 "use strict";
 
 /* Step 2: the page of the import, in its frame, asks for its cuts to be saved. */
-const cuts = document.getElementById("cuts");
 window.addEventListener("message", async ({ data, source }) => {
+  const cuts = document.getElementById("cuts");
   if (!cuts || data?.acf !== "cuts" || source !== cuts.querySelector("iframe").contentWindow) return;
   try {
     const body = JSON.stringify({ cuts: data.cuts, version: cuts.dataset.version });

@@ -1,8 +1,6 @@
 "use strict";
 
 /* Step 1: a click takes a signal for force, speed or pretension; ‘look’ draws it in the chosen unit and sign. */
-const box = document.getElementById("preview-box");
-
 const factors = {
   N: 1, kN: 1e3, mN: 1e-3, kgf: 9.80665, gf: 9.80665e-3, lbf: 4.4482216152605,
   "m/s": 1, "mm/s": 1e-3, "cm/s": 1e-2, "m/min": 1 / 60, "in/s": 0.0254, m: 1, mm: 1e-3, cm: 1e-2, "µm": 1e-6, in: 0.0254,
@@ -19,14 +17,18 @@ function unitOf(role) {
   return role === "speed" && document.getElementById("speed-kind").value === "position" ? "m" : si[role];
 }
 
+let looks = 0; // the last that was asked for is drawn, whichever answer comes last
+
 async function look(value, which, role) {
+  const mine = ++looks;
   const said = document.getElementById("preview-said");
   const [name, field] = JSON.parse(value);
   const label = field ? `${name}:${field}` : name;
   said.textContent = `Reading ${label}`;
   try {
-    const query = new URLSearchParams({ which, name, field: field ?? "" });
+    const box = document.getElementById("preview-box"), query = new URLSearchParams({ which, name, field: field ?? "" });
     const found = await ask(`${box.dataset.preview}?${query}`);
+    if (mine !== looks) return;
     const scale = role ? scaleOf(role) : 1, unit = role ? ` ${unitOf(role)}` : "";
     const short = (number) => Number((scale * number).toPrecision(4));
     const ends = [short(found.least), short(found.largest)].sort((a, b) => a - b);
@@ -47,39 +49,33 @@ function whereIs(value) {
   return [...document.querySelectorAll("[data-look]")].find((one) => one.dataset.look === value)?.dataset.which ?? "recording";
 }
 
-for (const button of document.querySelectorAll("[data-look]")) {
-  button.addEventListener("click", () => look(button.dataset.look, button.dataset.which, ""));
-}
-for (const button of document.querySelectorAll("[data-preview]")) {
-  if (button === box) continue;
-  button.addEventListener("click", () => {
-    const role = button.dataset.preview, value = document.getElementById(role).value;
-    if (value && value !== "number") look(value, whereIs(value), role);
-    else document.getElementById("preview-said").textContent = "Choose a signal first.";
-  });
-}
-for (const button of document.querySelectorAll("[data-take]")) {
-  button.addEventListener("click", () => {
-    const role = button.dataset.take, choice = document.getElementById(role);
-    choice.value = button.dataset.signal;
-    choice.focus();
-    look(button.dataset.signal, whereIs(button.dataset.signal), role);
-  });
-}
-for (const role of Object.keys(si)) {
-  for (const name of [`${role}-unit`, `${role}-turned`]) {
-    document.getElementById(name)?.addEventListener("change", () => {
-      const value = document.getElementById(role).value;
-      if (value && value !== "number") look(value, whereIs(value), role);
-    });
-  }
-  document.getElementById(`${role}-number`)?.addEventListener("input", (event) => {
-    if (event.target.value) document.getElementById(role).value = "number";
-  });
+/** The signal that is chosen for a role, drawn. */
+function lookAt(role) {
+  const value = document.getElementById(role).value;
+  if (value && value !== "number") look(value, whereIs(value), role);
+  else document.getElementById("preview-said").textContent = "Choose a signal first.";
 }
 
-/* The units of a speed are those of a velocity or of a position. */
-document.getElementById("speed-kind")?.addEventListener("change", (event) => {
-  const units = event.target.value === "position" ? ["m", "mm", "cm", "µm", "in"] : ["m/s", "mm/s", "cm/s", "m/min", "in/s"];
+document.addEventListener("click", ({ target }) => {
+  const { look: name, which, preview: role, take, signal } = target.closest("button")?.dataset ?? {};
+  if (name) look(name, which, "");
+  if (role) lookAt(role);
+  if (take) {
+    const choice = document.getElementById(take);
+    choice.value = signal;
+    choice.focus();
+    look(signal, whereIs(signal), take);
+  }
+});
+document.addEventListener("change", ({ target }) => {
+  const role = Object.keys(si).find((one) => [`${one}-unit`, `${one}-turned`].includes(target.id));
+  if (role && !["", "number"].includes(document.getElementById(role).value)) lookAt(role);
+  if (target.id !== "speed-kind") return;
+  // the units of a speed are those of a velocity or of a position
+  const units = target.value === "position" ? ["m", "mm", "cm", "µm", "in"] : ["m/s", "mm/s", "cm/s", "m/min", "in/s"];
   document.getElementById("speed-unit").replaceChildren(...units.map((unit) => new Option(unit, unit)));
+});
+document.addEventListener("input", ({ target }) => {
+  const role = Object.keys(si).find((one) => target.id === `${one}-number`);
+  if (role && target.value) document.getElementById(role).value = "number";
 });
