@@ -62,8 +62,8 @@ def force_shrinkage(
     the form is off by about `FORM` of the gap's mean square; where they are wrong, by anything from that to all of it.
     The conditions held out weigh these worlds: the mean square error there is known as well as a bootstrap over
     conditions says. Other conditions differ from those that were tried as these differ from one another, and by what
-    laws leave that are not exact. Of a cause whose law is not known a new condition may show what none of n did: each of
-    n + 1 is as likely to be the odd one (Laplace's rule of succession); then the whole gap is back.
+    laws leave that are not exact. Of a cause whose law is not known a new condition may show what none of n did: each
+    of n + 1 is as likely to be the odd one (Laplace's rule of succession); then the whole gap is back.
 
     **Returns:** median and interval; None where the held-out conditions show no gap at all.
     """
