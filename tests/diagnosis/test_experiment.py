@@ -61,3 +61,4 @@ def test_error_probability_against_sampling() -> None:
     assert error_probability(p, q, d) == pytest.approx((says_first != first).mean(), abs=3e-3)
     assert error_probability(0.5, 0.5, d) == pytest.approx(norm.sf(d / 2))
     assert error_probability(p, q, 0.0) == pytest.approx(q / (p + q))
+    assert error_probability(1.0, 0.0, d) == 0.0 and error_probability(1.0, 1e-310, d) < 1e-300

@@ -75,6 +75,20 @@ def test_the_component_of_an_unknown_cause_is_told_by_its_curves_and_several_law
     assert where["actuator"] == pytest.approx(pair)
 
 
+def test_the_best_free_curve_is_told_though_a_law_fits_better_by_any_factor() -> None:
+    """An unknown cause may lead because the rig of a law is strained; its curves then have next to no probability."""
+    contact, sensor = ("unknown_contact",), ("unknown_sensor",)
+    rows = [Marginal(("pad_bottoming",), 0.0, 500.0, 0.0, strain=400.0)]
+    rows += [
+        Marginal(e, 0.0, x, 0.0) for e, x in ((contact, 2e6), (ROBOT, 9e4), (sensor, 4e4), (sensor, 5e4))
+    ]
+    found = posterior(rows, PLAIN)
+    assert found.scored[0].explanation == UNKNOWN and found.scored[0].probability > 0.99
+    assert found.curve[sensor] == pytest.approx(1.0) and sum(found.curve.values()) == pytest.approx(1.0)
+    assert max(found.components().items(), key=lambda item: item[1])[0] == "sensor"
+    assert found.of(contact) > 0.0  # odds of any two explanations exist
+
+
 def test_the_credible_set_is_the_smallest_that_holds_95_percent() -> None:
     scored = [Scored(("a",), 0.6), Scored(("b",), 0.36), Scored((), 0.04)]
     assert credible_set(scored) == [("a",), ("b",)]

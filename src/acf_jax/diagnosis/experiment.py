@@ -34,9 +34,9 @@ def error_probability(p: float, q: float, distance: float) -> float:
     For Gaussian signals with prior probabilities p and q: p Q(d/2 + ln(p/q)/d) + q Q(d/2 - ln(p/q)/d), over p + q.
     """
     p, q = p / (p + q), q / (p + q)
-    if distance < 1e-9:
+    if distance < 1e-9 or min(p, q) == 0.0:
         return min(p, q)
-    shift = np.log(p / q) / distance
+    shift = (np.log(p) - np.log(q)) / distance
     return float(p * norm.sf(distance / 2 + shift) + q * norm.sf(distance / 2 - shift))
 
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import expit
+from scipy.special import expit, softmax
 
 from acf_jax.evidence.learnt import LEARNT, Learnt
 from acf_jax.evidence.marginal import Marginal
@@ -96,21 +96,28 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
     log_p = log_posterior(marginals, learnt)
     p = np.exp(log_p - log_p.max())
     beside: dict[Explanation, dict[float, float]] = {}
-    curve: dict[Explanation, float] = {}
     tiny = float(np.finfo(float).tiny)
     for m, value in zip(marginals, (p / p.sum()).tolist(), strict=True):
         unknown = value * hidden(m, learnt)
         for explanation, part in ((stated(m.explanation), value - unknown), (UNKNOWN, unknown)):
             sizes = beside.setdefault(explanation, {})
             sizes[m.discrepancy] = sizes.get(m.discrepancy, tiny) + part
-        if is_free_curve(m.explanation):
-            curve[m.explanation] = curve.get(m.explanation, tiny) + value
     total = {e: sum(sizes.values()) for e, sizes in beside.items()}
     return Posterior(
         ranked(total),
-        {name: value / sum(curve.values()) for name, value in curve.items()},
+        _among_curves(marginals, log_p),
         {e: {size: value / total[e] for size, value in sizes.items()} for e, sizes in beside.items()},
     )
+
+
+def _among_curves(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, float]:
+    """The share of each free curve in an unknown cause, also where a law is more probable than all by any factor."""
+    log_share: dict[Explanation, float] = {}
+    for m, value in zip(marginals, log_p.tolist(), strict=True):
+        if is_free_curve(m.explanation):
+            log_share[m.explanation] = float(np.logaddexp(log_share.get(m.explanation, -np.inf), value))
+    shares = np.maximum(softmax(list(log_share.values())), np.finfo(float).tiny) if log_share else np.empty(0)
+    return dict(zip(log_share, shares.tolist(), strict=True))
 
 
 def ranked(total: dict[Explanation, float]) -> tuple[Scored, ...]:

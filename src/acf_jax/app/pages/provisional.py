@@ -16,7 +16,7 @@ def known_so_far(known: Sequence[Mapping[str, Any]]) -> Html:
     """Data trust, the paper's model before and after a refit, and the explanations weighed so far."""
     told = ChainMap(*map(dict, reversed(known)))  # a part that is told again replaces the one before
     try:
-        parts = [part for name, part in PARTS.items() if name in told for part in part(told[name])]
+        parts = [html for name, part in PARTS.items() if name in told for html in part(told[name])]
     except (AttributeError, LookupError, TypeError, ValueError):
         return Html("")  # a damaged line of a file; the report comes from elsewhere
     if not parts:
