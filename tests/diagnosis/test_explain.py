@@ -1,6 +1,7 @@
 """Laws in any number: what proposals add, drop and swap."""
 
 from dataclasses import replace
+from importlib import import_module
 from types import SimpleNamespace
 from typing import cast
 
@@ -20,6 +21,7 @@ from acf_jax.inference.parameters import Explanation, begin
 from tests.few import few_explanations
 from tests.imagined import RIG, imagined
 
+explain_module = import_module("acf_jax.diagnosis.explain")
 LAWS = ("gravity", "sensor_scale")
 KEPT = ("gravity", "pad_relaxation", "sensor_scale")
 
@@ -53,6 +55,27 @@ def test_what_laws_alone_leave_is_found_by_adding_one(two: Observations, alone: 
 
     assert sizes(LAWS) == {0.0, *SIZES}
     assert sizes(()) == {0.0, max(SIZES)}  # it is hopeless
+
+
+def test_the_search_goes_from_wide_discrepancies_to_exact_forms(
+    two: Observations, alone: list[Fit], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And from each to the next narrower one with what was found."""
+    sizes: list[float] = []
+
+    def propose(ground: Ground, effects: object, known: set[Explanation]) -> list[Fit]:
+        waves = ground.observations.discrepancy
+        sizes.append(float(np.abs(waves.shared).max()) if waves else 0.0)
+        if len(sizes) > 1:
+            assert LAWS in known  # found beside the widest
+            return []
+        return [fit(ground.observations, LAWS, begin(RIG.values, [12.0], [0.04]))]
+
+    monkeypatch.setattr(explain_module, "PROPOSALS", (propose,))
+    fits, _ = explain(two, alone, KEPT)
+    narrowing = sizes[: len(set(sizes))]
+    assert narrowing == sorted(narrowing, reverse=True) and len(narrowing) > 2
+    assert LAWS in {f.explanation for f in fits}
 
 
 def _leaders(log_z: dict[Explanation, float]) -> list[Explanation]:

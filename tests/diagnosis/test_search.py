@@ -33,7 +33,9 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
         chi_squares: dict[Explanation, float], promises: dict[Explanation, float], mass: float = 0.0
     ) -> list[Explanation]:
         def couples(leader: Any, effects: Sequence[str]) -> list[Couple]:
-            pairs = [Couple(leader, e, np.zeros(1), 0.0, 0.0) for e in effects if e not in leader.explanation]
+            pairs = [
+                Couple(leader, e, [np.zeros(1)], 0.0, 0.0) for e in effects if e not in leader.explanation
+            ]
             return [
                 c._replace(gain=g, objective=-g) for c in pairs for g in [promises.get(c.explanation, 0.0)]
             ]

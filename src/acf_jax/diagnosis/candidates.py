@@ -42,7 +42,8 @@ def fit_single(ground: Ground, name: str) -> Fit:
         near = begins if _leaves_little(ground) else []
         far = begins[-1:] if near else begins
         if promise.gain > HINT:
-            near = [*near, promise.parameters.tolist(), *([] if promise.start in begins else [promise.start])]
+            starts_of_it = [begin.tolist() for begin in promise.begins] + [promise.start]
+            near = [*near, *(start for start in starts_of_it if start not in begins)]
     else:
         far, near = begins[:1], [promise.start]
     return best(_fits_from(ground, name, far, near, ITERATIONS))
@@ -90,13 +91,14 @@ def fit_more(
     observations: Observations,
     fitted: Fit,
     name: str,
-    promised: np.ndarray,
+    promised: Sequence[np.ndarray],
     iterations: int = ITERATIONS,
     near: bool = False,
 ) -> Fit:
-    """A fitted explanation with one more effect, from what it promised (`Ground.promise`) and from its strong start.
+    """A fitted explanation with one more effect, begun where that promises something and at its strong start.
 
-    `near`: the fit leaves so little that what was promised is near the answer: it begins there alone.
+    `promised`: `Promise.begins`. `near`: the fit leaves so little that what was promised is near the answer: it begins
+    there alone.
     """
     blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
@@ -108,7 +110,7 @@ def fit_more(
     strong = np.array(starts(name, observations.measures)[-1])
     return best(
         fit(observations, explanation, beside(start), fitted.nuisance, warm=near, iterations=iterations)
-        for start in ([promised] if near else [strong, promised])
+        for start in (promised if near else [strong, *promised])
     )
 
 

@@ -2,23 +2,27 @@
 and with forms that are a little wrong.
 
 Which laws are fitted together is found by proposals: from the most probable laws one is added, dropped or swapped for
-another, until no such explanation is more probable.
+another, until no such explanation is more probable. This is done beside the largest discrepancy first: there large
+effects are told from one another, and small ones are part of the discrepancy. Then beside the next smaller one, and at
+last with exact forms: what was found becomes the start. A search that begins with exact forms follows the small effects
+of a rig, since every trace shows them by many times the noise.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain, combinations
+from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import best_of_each, go_on, in_parallel
+from acf_jax.diagnosis.candidates import best_of_each, in_parallel
 from acf_jax.diagnosis.proposals import NEAR, PROPOSALS
 from acf_jax.evidence.marginal import Marginal, marginal
 from acf_jax.evidence.posterior import log_posterior
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.discrepancy import SIZES, discrepancy
-from acf_jax.inference.fit import Fit
+from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, is_free_curve
 
@@ -27,7 +31,8 @@ WHOLE = 4  # of those by several, whose parts are, too
 BEHIND = 20.0  # log probability by which an explanation may lie behind and still be a start
 HOPELESS = 2 * BEHIND  # the same beside one size of the discrepancy, from which on no other size is tried
 EXACT = 0.1  # log probability that an iteration has to gain
-ROUNDS = 4  # of proposals at most: it bounds the time, not what is found, since each adds a law or ends
+ROUNDS = 4  # of proposals beside each size at most: it bounds the time, since each adds a law or ends
+NARROWING = (*sorted(SIZES, reverse=True), 0.0)  # sizes of the discrepancy in the order of the search
 
 
 def explain(
@@ -46,21 +51,39 @@ def explain(
     """
     weighed = _Weighed(observations, fits, told)
     weighed.beside_all(_chosen(fits))
-    asked: set[Explanation] = set()
-    for _ in range(ROUNDS):
-        new = [m for m in weighed.leaders() if m.explanation not in asked]
-        if not new:
+    for size in NARROWING:
+        weighed.bring(size)
+        _improve(weighed, effects, partial(weighed.best_laws, size))
+        if weighed.is_wider_better(size):
             break
-        asked |= {m.explanation for m in new}
-        for leader in new:
-            ground = weighed.ground(leader)
-            found = chain.from_iterable(propose(ground, effects, weighed.plain) for propose in PROPOSALS)
-            weighed.take(best_of_each(found), leader.discrepancy)
+    weighed.complete()
+    _improve(weighed, effects, weighed.leaders)
+    weighed.complete()
     return list(weighed.plain.values()), weighed.marginals
 
 
+def _improve(weighed: "_Weighed", effects: Sequence[str], leaders: Callable[[], Sequence[Marginal]]) -> None:
+    """Proposals from leaders, until these are no new ones."""
+    asked: set[tuple[Explanation, float]] = set()
+    for _ in range(ROUNDS):
+        new = [m for m in leaders() if (m.explanation, m.discrepancy) not in asked]
+        asked |= {(m.explanation, m.discrepancy) for m in new}
+        for leader in new:
+            ground, known = weighed.ground(leader), weighed.known(leader.discrepancy)
+            found = chain.from_iterable(propose(ground, effects, known) for propose in PROPOSALS)
+            weighed.take(best_of_each(found), leader.discrepancy)
+
+
+class _End(NamedTuple):
+    """Where a fit beside some size of the discrepancy ended; of the fit itself, which is large, nothing is kept."""
+
+    evidence: Marginal
+    theta: np.ndarray
+    nuisance: np.ndarray
+
+
 class _Weighed:
-    """What is weighed so far. Of fits beside a discrepancy only their evidence is kept: they are large."""
+    """What is weighed so far."""
 
     def __init__(
         self,
@@ -68,47 +91,62 @@ class _Weighed:
         fits: Sequence[Fit],
         told: Callable[[Sequence[Marginal]], None],
     ):
-        self.plain = {f.explanation: f for f in fits}
-        self.marginals: list[Marginal] = []
+        self.plain: dict[Explanation, Fit] = {}
+        self.ends: dict[tuple[Explanation, float], _End] = {}
         self.told = told
-        self._note([marginal(f) for f in fits])
         self.observations = {0.0: observations} | {
             size: replace(observations, discrepancy=discrepancy(observations, size)) for size in SIZES
         }
+        self.take(fits, 0.0)
+
+    @property
+    def marginals(self) -> list[Marginal]:
+        """The evidence of everything."""
+        return [end.evidence for end in self.ends.values()]
+
+    def take(self, found: Sequence[Fit], size: float) -> None:
+        """Note fits beside a size, of each explanation the best."""
+        sound = [f for f in found if np.isfinite(f.objective)]
+        ends = [_End(marginal(f, size), f.theta, f.nuisance) for f in sound]
+        for fitted, end in zip(sound, ends, strict=True):
+            key = fitted.explanation, size
+            if key not in self.ends or end.evidence.objective < self.ends[key].evidence.objective:
+                self.ends[key] = end
+                if not size:
+                    self.plain[fitted.explanation] = fitted
+        self.told([end.evidence for end in ends])
+
+    def known(self, size: float) -> set[Explanation]:
+        """What is weighed beside a size."""
+        return {e for e, beside in self.ends if beside == size}
 
     def beside_all(self, explanations: Sequence[Explanation]) -> None:
         """Weigh fitted explanations beside each size, the largest first: who is hopeless there, is so beside all."""
-        remaining = [self.plain[e] for e in explanations]
+        remaining = list(explanations)
         for size in sorted(SIZES, reverse=True):
             self._weigh(size, remaining)
             near = self._near(size)
-            remaining = [f for f in remaining if f.explanation in near]
+            remaining = [e for e in remaining if e in near]
 
-    def take(self, found: Sequence[Fit], size: float) -> None:
-        """What proposals found beside one size; those that are near the best there are weighed beside all."""
-        self._note([marginal(f, size) for f in found])
-        near = self._near(size)
-        promising = [f for f in found if f.explanation in near]
-        if size:
-            plain = in_parallel([partial(self._fitted, 0.0, f) for f in promising])
-            sound = [f for f in plain if np.isfinite(f.objective)]
-            self._note([marginal(f) for f in sound])
-        else:
-            sound = promising
-        self.plain |= {f.explanation: f for f in sound}
-        for other in SIZES:
-            if other != size:
-                self._weigh(other, sound)
+    def bring(self, size: float) -> None:
+        """Weigh beside a size what is among the best beside the next wider one, from where that ended."""
+        for wider in [beside for beside in NARROWING if beside > size][-1:]:
+            best = sorted(self._near(wider), key=lambda e: -self.ends[e, wider].evidence.log_z)[:SEVERAL]
+            self.take(in_parallel([partial(self._fitted, size, e, wider) for e in best]), size)
+
+    def best_laws(self, size: float) -> list[Marginal]:
+        """The most probable laws beside a size."""
+        laws = [m for m in self.marginals if m.discrepancy == size and not is_free_curve(m.explanation)]
+        return [laws[int(np.argmax(log_posterior(laws)))]]
 
     def leaders(self) -> list[Marginal]:
-        """From what the search goes on: the most probable laws, and what may still win.
+        """The most probable laws, and what may still win.
 
         That is the most probable free curve, with or without laws, and the best laws that are not the leader's with
         one more or fewer: which of two that are much alike acts may show only beside others.
         """
-        known = [m for m in self.marginals if m.explanation in self.plain]
-        log_p = dict(zip(known, log_posterior(known), strict=True))
-        ranked = sorted(known, key=lambda m: -log_p[m])
+        log_p = dict(zip(self.marginals, log_posterior(self.marginals).tolist(), strict=True))
+        ranked = sorted(log_p, key=lambda m: -log_p[m])
         laws = [m for m in ranked if not is_free_curve(m.explanation)]
         own = set(laws[0].explanation)
         others = [m for m in laws if not (own <= set(m.explanation) or own >= set(m.explanation))]
@@ -118,29 +156,47 @@ class _Weighed:
 
     def ground(self, found: Marginal) -> Ground:
         """What was found, fitted again beside its discrepancy."""
-        again = self._fitted(found.discrepancy, self.plain[found.explanation])
-        return Ground.of(self.observations[found.discrepancy], again)
+        size = found.discrepancy
+        return Ground.of(self.observations[size], self._fitted(size, found.explanation, size))
 
-    def _weigh(self, size: float, fits: Sequence[Fit]) -> None:
-        found = in_parallel([partial(self._weighed, size, f) for f in fits])
-        self._note([m for m in found if np.isfinite(m.objective)])
+    def is_wider_better(self, size: float) -> bool:
+        """Whether all beside a size is hopeless against what a wider one has: beside a narrower one it is more so."""
+        wider = [m.log_z for m in self.marginals if m.discrepancy > size]
+        there = [m.log_z for m in self.marginals if m.discrepancy == size]
+        return max(there) < max(wider, default=-np.inf) - HOPELESS
 
-    def _note(self, marginals: Sequence[Marginal]) -> None:
-        self.marginals += marginals
-        self.told(marginals)
+    def complete(self) -> None:
+        """Weigh beside every size, and alone, what is not hopeless."""
+        best = max(m.log_z for m in self.marginals)
+        near = {m.explanation for m in self.marginals if m.log_z > best - HOPELESS}
+        for size in NARROWING:
+            self._weigh(size, sorted(near - self.known(size)))
 
-    def _weighed(self, size: float, fitted: Fit) -> Marginal:
-        return marginal(self._fitted(size, fitted), size)
+    def _weigh(self, size: float, explanations: Sequence[Explanation]) -> None:
+        """From where each ended beside the nearest size."""
+        tasks = []
+        for e in explanations:
+            there = (beside for known, beside in self.ends if known == e)
+            tasks.append(partial(self._fitted, size, e, min(there, key=lambda beside: abs(beside - size))))
+        self.take(in_parallel(tasks), size)
 
-    def _fitted(self, size: float, fitted: Fit) -> Fit:
-        tolerance = EXACT / max(1.0, fitted.objective)
-        return go_on(self.observations[size], fitted, warm=True, iterations=NEAR, tolerance=tolerance)
+    def _fitted(self, size: float, explanation: Explanation, begun: float) -> Fit:
+        """Begun where the fit beside another size ended."""
+        end = self.ends[explanation, begun]
+        return fit(
+            self.observations[size],
+            explanation,
+            end.theta,
+            end.nuisance,
+            warm=True,
+            iterations=NEAR,
+            tolerance=EXACT / max(1.0, end.evidence.objective),
+        )
 
     def _near(self, size: float) -> set[Explanation]:
         """Explanations that are not hopeless beside a size."""
-        there = [m for m in self.marginals if m.discrepancy == size]
-        best = max(m.log_z for m in there)
-        return {m.explanation for m in there if m.log_z > best - HOPELESS}
+        log_z = {e: self.ends[e, size].evidence.log_z for e in self.known(size)}
+        return {e for e, value in log_z.items() if value > max(log_z.values()) - HOPELESS}
 
 
 def _chosen(fits: Sequence[Fit]) -> list[Explanation]:

@@ -18,11 +18,11 @@ NEAR = 20  # iterations of a fit that begins near its optimum
 
 
 class Couple(NamedTuple):
-    """A fit, the law it is to get besides and with which parameters, and what that promises."""
+    """A fit, the law it is to get besides and from where, and what that promises."""
 
     leader: Fit
     name: str
-    parameters: np.ndarray
+    begins: Sequence[np.ndarray]
     gain: float  # in chi-square
     objective: float  # after it
 
@@ -37,7 +37,7 @@ def couples(ground: Ground, effects: Sequence[str]) -> list[Couple]:
     leader = ground.fitted
     promises = {name: ground.promise(name) for name in effects if name not in leader.explanation}
     return [
-        Couple(leader, name, p.parameters, p.gain, leader.objective - 0.5 * p.gain)
+        Couple(leader, name, p.begins, p.gain, leader.objective - 0.5 * p.gain)
         for name, p in promises.items()
     ]
 
@@ -46,9 +46,7 @@ def fit_couples(
     o: Observations, wanted: Iterable[Couple], iterations: int = ITERATIONS, near: bool = False
 ) -> list[Fit]:
     """The fits of couples; `near` as in `fit_more`."""
-    return in_parallel(
-        [partial(fit_more, o, c.leader, c.name, c.parameters, iterations, near) for c in wanted]
-    )
+    return in_parallel([partial(fit_more, o, c.leader, c.name, c.begins, iterations, near) for c in wanted])
 
 
 def add(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:

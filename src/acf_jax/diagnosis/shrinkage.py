@@ -62,7 +62,8 @@ def force_shrinkage(
     the form is off by about `FORM` of the gap's mean square; where they are wrong, by anything from that to all of it.
     The conditions held out weigh these worlds: the mean square error there is known as well as a bootstrap over
     conditions says. Other conditions differ from those that were tried as these differ from one another, and by what
-    laws leave that are not exact.
+    laws leave that are not exact. Of a cause whose law is not known a new condition may show what none of n did: each
+    of n + 1 is as likely to be the odd one (Laplace's rule of succession); then the whole gap is back.
 
     **Returns:** median and interval; None where the held-out conditions show no gap at all.
     """
@@ -94,7 +95,9 @@ def force_shrinkage(
     before = (np.maximum(left, 0.0) / samples + noise) / (gap / samples + noise)
     there = np.maximum(left_there, 0.0) / samples_there + noise
     elsewhere = there / (np.maximum(gap_there, 0.0) / samples_there + noise) / before
-    ratio *= _as_elsewhere(elsewhere, len(sums), random) * forms_elsewhere(WORLDS, random)
+    ratio *= _as_elsewhere(elsewhere, len(sums), random)
+    is_new = ~is_right[kept] & (random.random(WORLDS) < 1 / (len(sums) + 1))
+    ratio = np.where(is_new, np.maximum(ratio, 1.0), ratio) * forms_elsewhere(WORLDS, random)
     low, median, high = np.quantile(np.sqrt(ratio), (ENDS[0], 0.5, ENDS[1])).tolist()
     return Shrinkage(1 - median, (1 - high, 1 - low))
 

@@ -44,9 +44,10 @@ def strength(
     scale: float,
     meaning: str,
     of: Measure | None = None,
+    looks: int = 0,
 ) -> Any:
     """A parameter that is neutral at 0: the size of the effect."""
-    known = Parameter("", unit, low, high, starts, scale, False, meaning, of)
+    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks)
     return eqx.field(converter=jnp.asarray, default=0.0, metadata={"parameter": known})
 
 

@@ -9,7 +9,8 @@ class EndStop(AbstractEffect):
 
     F_C(0) = (1 - sigma) F_P; x = 0 while F_C < F_P; then m x'' + d x' + k_F x = F_C - sigma_o F_P. With sigma =
     sigma_o = 1, d = k_F = 0 the peak is F_P + v sqrt(k_C m). A preloaded unilateral stop: Brogliato, 'Nonsmooth
-    Mechanics' (Springer, 3rd ed. 2016), ch. 1.
+    Mechanics' (Springer, 3rd ed. 2016), ch. 1. No more opposes than was held: sigma_o > sigma counts as sigma. A stop
+    that holds nothing and opposes would be the friction of seals under pressure.
     """
 
     component = "actuator"
@@ -28,4 +29,4 @@ class EndStop(AbstractEffect):
         return jnp.where(self.share > 0, impact.f_p, -jnp.inf)
 
     def force_on_mass(self, motion: Motion, state: States) -> Scalar:
-        return -self.opposing_share * motion.impact.f_p
+        return -jnp.minimum(self.opposing_share, self.share) * motion.impact.f_p

@@ -18,9 +18,11 @@ class FixtureMass(AbstractEffect):
     remedy = "make what lies on the sensor lighter, or bolt it to a stiffer sensor"
     longest_step = 5e-5  # all of the force rings: what lies between steps has to be told well
 
-    mass_kg: Scalar = strength("kg", 0.0, 50.0, (2.0, 2.0), 2.0, "mass m_w between contact and sensor")
+    mass_kg: Scalar = strength(
+        "kg", 0.0, 50.0, (2.0, 2.0), 2.0, "mass m_w between contact and sensor", looks=24
+    )
     stiffness_n_per_m: Scalar = shape(
-        "N/m", 1e6, 1e9, (3e7, 6e6), "stiffness k_w of the sensor and its mounting", looks=24
+        "N/m", 1e6, 1e9, (3e7, 6e6), "stiffness k_w of the sensor and its mounting"
     )
     damping_time_s: Scalar = shape("s", 1e-6, 5e-4, (3e-5, 5e-5), "damping over stiffness, tau_w = d_w/k_w")
 

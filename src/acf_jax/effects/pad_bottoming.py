@@ -16,10 +16,10 @@ class PadBottoming(AbstractEffect):
     component = "contact"
     title = "Pad that bottoms out"
     remedy = "use a thicker or stiffer pad, or touch down slower: it is pressed to its bottom"
-    longest_step = 1e-4  # at the corner of its law the method is of second order only
+    longest_step = 5e-5  # at the corner of its law the method is of second order only
 
     stiffness_ratio: Scalar = strength(
-        "1", 0.0, 30.0, (1.0, 8.0), 3.0, "stiffness k_b added beyond the compression, over k_C"
+        "1", 0.0, 100.0, (1.0, 8.0), 3.0, "stiffness k_b added beyond the compression, over k_C"
     )
     compression_m: Scalar = shape(
         "m", 1e-5, 0.05, (0.4, 0.55), "compression s_b at which the pad bottoms out", of="compression"

@@ -18,7 +18,13 @@ class Promise(NamedTuple):
 
     gain: float  # in chi-square
     parameters: np.ndarray  # with which it does
-    start: list[float]  # the start of the effect that they go on from
+    start: list[float]  # the start of the effect that they scale
+    as_it_is: list[float] | None = None  # the start that explains most unscaled, where one explains anything
+
+    @property
+    def begins(self) -> list[np.ndarray]:
+        """From where a fit with the effect may begin."""
+        return [self.parameters, *([] if self.as_it_is is None else [np.array(self.as_it_is)])]
 
 
 @dataclass(frozen=True)
@@ -61,12 +67,17 @@ class Ground:
         strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
         measures = self.observations.measures
         begins = [*starts(name, measures), *looks(name, measures)]
-        best = Promise(0.0, np.array(begins[0]), begins[0])
+        best, most, as_it_is = Promise(0.0, np.array(begins[0]), begins[0]), 0.0, None
         for start, signal, two_sided in self.signatures(name, begins):
             amount, gain = self.projector.promise(signal)
-            if (two_sided or amount > 0) and gain > best.gain:
+            if not (two_sided or amount > 0) or gain == 0:
+                continue
+            if gain > best.gain:
                 best = Promise(gain, np.where(strengths, amount, 1.0) * np.array(start), start)
-        return best
+            # an oscillator is far from linear in its mass: scaled, it would be another one
+            if (unscaled := gain * (2 - 1 / amount) / amount) > most:
+                as_it_is, most = start, unscaled
+        return best._replace(as_it_is=as_it_is)
 
 
 def _residual(
