@@ -40,7 +40,7 @@ def python_script(session: Session) -> str:
     if plan or has_export:
         lines[2:3] = ["import acf_jax as acf", "from acf_jax.cli.main import commands"]
     recording, robot = session.recording(), session.recording("robot")
-    if recording is not None and session.has(RIG):
+    if recording is not None and session.is_imported:
         files = (("mapping", MAPPING), ("rig", RIG), ("review", CUTS))
         given = {key: name for key, name in files if session.has(name)}
         given |= {"robot": str(robot)} if robot else {}
