@@ -6,7 +6,7 @@ from scipy.stats import norm
 
 from acf_jax.evidence.learnt import LEARNT, Learnt, read_calibration
 from acf_jax.evidence.marginal import Marginal
-from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, log_posterior, posterior
+from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, in_window, log_posterior, posterior
 from acf_jax.inference.discrepancy import SIZES
 from acf_jax.inference.parameters import Explanation
 
@@ -98,3 +98,17 @@ def test_what_is_learnt_is_few_numbers_with_their_origin() -> None:
     content = read_calibration()
     assert len(content["learnt"]) <= 6 and Learnt(**content["learnt"]) == LEARNT
     assert content["command"] and content["runs"] and len(content["commit"]) == 40
+
+
+def test_laws_that_explain_less_than_they_cost_are_no_answers_of_their_own() -> None:
+    """But a law beside nothing unmodelled is, and so are laws of which no part explains as much."""
+    log_z: dict[Explanation, float] = {
+        (): -3.0,
+        ("gravity",): 0.0,
+        ("gravity", "sensor_lag"): 1.0,
+        ("end_stop", "sensor_lag"): 1.0,
+    }
+    kept = {m.explanation for m in in_window([Marginal(e, 0.0, -z, 0.0) for e, z in log_z.items()])}
+    assert kept == log_z.keys() - {("gravity", "sensor_lag")}
+    log_z[("gravity", "sensor_lag")] = 20.0
+    assert len(in_window([Marginal(e, 0.0, -z, 0.0) for e, z in log_z.items()])) == 4

@@ -5,6 +5,9 @@ are not exact. No model of the data is exact either: neighbouring samples share 
 surer than it is right. It is divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inconsistency
 of Bayesian inference for misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
 
+Laws that explain less than they cost beside others are no answer of their own: they are left out (Occam's window:
+Madigan and Raftery, 'Model selection and accounting for model uncertainty', J. Am. Stat. Assoc. 89, 1994).
+
 What no explanation has is often refitted into the rig. A rig far from what is known of it therefore speaks for an
 unknown cause, however well the explanation fits (prior-data conflict: Box, 'Sampling and Bayes' inference in scientific
 modelling and robustness', J. R. Stat. Soc. A 143, 1980).
@@ -91,8 +94,26 @@ def hidden(m: Marginal, learnt: Learnt = LEARNT) -> float:
     return float(expit(log_odds))
 
 
+def in_window(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> list[Marginal]:
+    """Those of explanations of which no part, that names a law, is more probable.
+
+    That nothing is unmodelled is no such part: it is another answer.
+    """
+    best: dict[Explanation, float] = {}
+    for m, value in zip(marginals, log_posterior(marginals, learnt).tolist(), strict=True):
+        best[m.explanation] = max(value, best.get(m.explanation, -np.inf))
+    laws = {e: value for e, value in best.items() if e and not is_free_curve(e)}
+    outside = {
+        whole
+        for whole, value in laws.items()
+        if any(set(part) < set(whole) and more > value for part, more in laws.items())
+    }
+    return [m for m in marginals if m.explanation not in outside]
+
+
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
+    marginals = in_window(marginals, learnt)
     log_p = log_posterior(marginals, learnt)
     p = np.exp(log_p - log_p.max())
     beside: dict[Explanation, dict[float, float]] = {}
