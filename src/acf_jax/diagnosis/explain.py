@@ -135,9 +135,9 @@ class _Weighed:
             self.take(in_parallel([partial(self._fitted, size, e, wider) for e in best]), size)
 
     def best_laws(self, size: float) -> list[Marginal]:
-        """The most probable laws beside a size."""
+        """The most probable laws beside a size; none where all are hopeless there."""
         laws = [m for m in self.marginals if m.discrepancy == size and not is_free_curve(m.explanation)]
-        return [laws[int(np.argmax(log_posterior(laws)))]]
+        return [laws[int(np.argmax(log_posterior(laws)))]] if laws else []
 
     def leaders(self) -> list[Marginal]:
         """The most probable laws, and what may still win.
@@ -163,7 +163,7 @@ class _Weighed:
         """Whether all beside a size is hopeless against what a wider one has: beside a narrower one it is more so."""
         wider = [m.log_z for m in self.marginals if m.discrepancy > size]
         there = [m.log_z for m in self.marginals if m.discrepancy == size]
-        return max(there) < max(wider, default=-np.inf) - HOPELESS
+        return max(there, default=-np.inf) < max(wider, default=-np.inf) - HOPELESS
 
     def complete(self) -> None:
         """Weigh beside every size, and alone, what is not hopeless."""
