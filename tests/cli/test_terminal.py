@@ -98,14 +98,14 @@ def test_training_ends_as_every_command_does(monkeypatch, capsys, tmp_path):
         fit.main(["--config", CONFIG, "--resum"])
     assert caught.value.code == 2 and "--resum" in capsys.readouterr().err
 
-    def stop(*arguments: object) -> None:
+    def stop(*arguments: object, origin: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("acf_jax.training.run.run", stop)
     assert fit.main(["--config", CONFIG]) == 130
     assert capsys.readouterr().err == "\nstopped; --resume goes on from the last checkpoint\n"
 
-    monkeypatch.setattr("acf_jax.training.run.run", lambda *arguments: print("words") or {"errors": 1})
+    monkeypatch.setattr("acf_jax.training.run.run", lambda *arguments, origin: print("words") or {"errors": 1})
     assert fit.main(["--config", CONFIG, "--json"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out) == {"errors": 1} and err == "words\n"

@@ -21,7 +21,7 @@ RIG = {"m": 4.0, "d": 0.0, "k_f": 0.0, "k_c": 175561.0}
 
 def write_training(path):
     lines = [Series("error", [0.0, 1.0], [1.0, 2.0], 0)]
-    write_page(path, "run", "", [chart("Training", lines, Axis("step"), Axis("loss"))])
+    write_page(path, "run", "", [chart("Training", lines, Axis("step"), Axis("loss"))], None)
 
 
 def write_design(ranges, limit):
