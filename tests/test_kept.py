@@ -62,16 +62,16 @@ def test_other_source_is_traced_again(traced: Path, tmp_path: Path, monkeypatch:
 
     def change(folder: str) -> int:
         (package / folder / "a.py").write_text("another")
-        module._origin.cache_clear()
+        module.origin.cache_clear()
         return _traces()
 
     try:
-        module._origin.cache_clear()
+        module.origin.cache_clear()
         assert _traces() == 1
         assert change("report") == 0
         assert change("model") == 1
     finally:
-        module._origin.cache_clear()
+        module.origin.cache_clear()
 
 
 def test_a_forward_program_is_made_of_the_folders_it_names() -> None:

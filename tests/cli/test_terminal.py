@@ -105,7 +105,9 @@ def test_training_ends_as_every_command_does(monkeypatch, capsys, tmp_path):
     assert fit.main(["--config", CONFIG]) == 130
     assert capsys.readouterr().err == "\nstopped; --resume goes on from the last checkpoint\n"
 
-    monkeypatch.setattr("acf_jax.training.run.run", lambda *arguments, origin: print("words") or {"errors": 1})
+    monkeypatch.setattr(
+        "acf_jax.training.run.run", lambda *arguments, origin: print("words") or {"errors": 1}
+    )
     assert fit.main(["--config", CONFIG, "--json"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out) == {"errors": 1} and err == "words\n"

@@ -124,3 +124,13 @@ def test_each_proposal_changes_one_law(two: Observations, alone: list[Fit]) -> N
 def test_a_law_that_promises_less_than_it_costs_is_not_added(two: Observations, alone: list[Fit]) -> None:
     pair = add(Ground.of(two, alone[1]), KEPT, ())[0]
     assert add(Ground.of(two, pair), KEPT, ()) == []
+
+
+def test_where_all_laws_are_hopeless_none_leads() -> None:
+    """Beside a size that only free curves were brought to."""
+    weighed = SimpleNamespace(
+        marginals=[Marginal(("unknown_robot",), 0.01, 0.0, 0.0), Marginal((), 0.0, 0.0, 0.0)]
+    )
+    assert _Weighed.best_laws(cast(_Weighed, weighed), 0.01) == []
+    assert _Weighed.best_laws(cast(_Weighed, weighed), 0.0) == [weighed.marginals[1]]
+    assert not _Weighed.is_wider_better(cast(_Weighed, weighed), 0.0)
