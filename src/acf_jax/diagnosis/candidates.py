@@ -42,8 +42,9 @@ def fit_single(ground: Ground, name: str) -> Fit:
         near = begins if _leaves_little(ground) else []
         far = begins[-1:] if near else begins
         if promise.gain > HINT:
-            starts_of_it = [begin.tolist() for begin in promise.begins] + [promise.start]
-            near = [*near, *(start for start in starts_of_it if start not in begins)]
+            for start in (*map(np.ndarray.tolist, promise.begins), promise.start):
+                if start not in (*begins, *near):  # what is scaled is often what explains most as it is
+                    near = [*near, start]
     else:
         far, near = begins[:1], [promise.start]
     return best(_fits_from(ground, name, far, near, ITERATIONS))
