@@ -72,7 +72,7 @@ def draw_probabilities(panel: Axes, d: Diagnosis) -> None:
 
 
 def draw_flange_tests(d: Diagnosis) -> None:
-    """One panel a trial, then the error on unseen conditions and the probabilities."""
+    """One panel a trial, then the error on held-out conditions and the probabilities."""
     o = d.observations
     order = sorted(range(len(o.names)), key=lambda i: (round(float(o.v_e[i]), 2), o.f_p[i]))
     figure = plt.figure(figsize=(10, 7.6), layout="constrained")
@@ -89,7 +89,7 @@ def draw_flange_tests(d: Diagnosis) -> None:
     for y, text, colour in (
         (0.95, "measured, compared", INK),
         (0.85, "measured, not compared", "#6b7280"),
-        (0.75, "recalibrated, this condition unseen", MODELS["recalibrated"]),
+        (0.75, "recalibrated, this condition held out", MODELS["recalibrated"]),
         (0.65, f"corrected ({name_of(d.corrected.explanation)})", MODELS["corrected"]),
     ):
         key.text(0.98, y, text, transform=key.transAxes, ha="right", color=colour, fontsize=8.5)
@@ -101,7 +101,7 @@ def draw_flange_tests(d: Diagnosis) -> None:
 
 
 def draw_errors(panel: Axes, d: Diagnosis) -> None:
-    """Force error of the three models on unseen conditions, over what no model could predict."""
+    """Force error of the three models on held-out conditions, over what no model could predict."""
     values = {name: figures.force_rms_n or 0.0 for name, figures in d.gap.items()}
     colours = [GREY, *MODELS.values()]
     rows = np.arange(len(values))
@@ -113,7 +113,7 @@ def draw_errors(panel: Axes, d: Diagnosis) -> None:
         floor = f"dashed: floor {d.noise_floor_rms_n:.1f} N"
         panel.text(1.0, 1.04, floor, transform=panel.transAxes, ha="right", fontsize=9, color=INK)
     panel.set_yticks(rows, ["paper's model, nominal", "recalibrated", "corrected"])
-    panel.set(xlim=(0, 1.2 * max(values.values())), xlabel="RMS error of the force on unseen conditions, N")
+    panel.set(xlim=(0, 1.2 * max(values.values())), xlabel="RMS error of the force on held-out conditions, N")
     panel.invert_yaxis()
     panel.set_title("How far the gap shrinks", loc="left", fontsize=11, color=INK, pad=14)
 

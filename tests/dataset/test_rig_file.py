@@ -129,6 +129,7 @@ def test_faults_of_a_prior_name_what_the_user_wrote(written, change, says):
     (("std: 400", "std: -1"), "rig.k_f: std must be a number above 0, but is -1"),
     (("{value: 800, std: 400}", "{std: 400}"), "rig.k_f: must be a number, finite and zero or positive, in N/m"),
     (("rig:", "trid: 3\nrig:"), "trid: is not known; did you mean 'tried'?"),
+    (("rig:", "k_c: 3.4e5\nrig:"), "k_c: belongs below `rig:`"),
 ])  # fmt: skip
 def test_faults_of_values_name_what_the_user_wrote(written, change, says):
     path = written(SHORT.replace(*change))

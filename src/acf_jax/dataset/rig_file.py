@@ -57,7 +57,9 @@ def read_whole_rig(path: Path) -> tuple[Rig, list[str]]:
     parts, faults = _parts(content, str(path))
     known = ("rig", *BESIDE)
     faults += [
-        f"{path} {key}: is not known{suggestion(key, known)}; use rig, relative_std and tried"
+        f"{path} {key}: belongs below `rig:`"
+        if key in NAMES
+        else f"{path} {key}: is not known{suggestion(key, known)}; use rig, relative_std and tried"
         for key in content
         if key not in known
     ]
