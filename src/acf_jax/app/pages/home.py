@@ -32,13 +32,20 @@ def new_session(places: Places) -> Html:
     """Where a recording is dropped."""
 
     def chosen(name: str, label: str, **several: bool) -> Html:
-        return field(label, void("input", type="file", id=name, aria_describedby="files-hint", **several), name)
+        return field(
+            label, void("input", type="file", id=name, aria_describedby="files-hint", **several), name
+        )
 
+    controls = (
+        chosen("files", "Its files", multiple=True),
+        chosen("folder", "Its folder", webkitdirectory=True),
+    )
     drop = element(
         "div",
-        element("p", element("strong", "Drop a recording here"), ", a file or the folder of a bag, or choose"),
-        element("div", chosen("files", "Its files", multiple=True), chosen("folder", "Its folder", webkitdirectory=True),
-                class_="row"),
+        element(
+            "p", element("strong", "Drop a recording here"), ", a file or the folder of a bag, or choose"
+        ),
+        element("div", *controls, class_="row"),
         element(
             "p",
             f"ROS bag, CSV, .mat, HDF5, Parquet, TDMS, Excel, NumPy. At most {uploads.LARGEST / 1e9:g} GB a file;"
@@ -51,7 +58,7 @@ def new_session(places: Places) -> Html:
         class_="drop",
         id="drop",
         data_upload="/upload",
-    )  # fmt: skip
+    )
     where = ", ".join(str(folder) for folder in places.folders)
     here = element(
         "p", element("a", "Open a recording or a data set on this machine", href="/browse/0/"), class_="after"
