@@ -37,6 +37,7 @@ def main() -> None:
                 program = shutil.which("chromium") or shutil.which("google-chrome")
                 browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
                 page = browser.new_page(viewport={"width": 1100, "height": 820}, color_scheme="light")
+                page.set_default_timeout(PATIENCE)
                 page.goto(address)
                 walk(page, expect)
                 browser.close()
