@@ -52,7 +52,7 @@ def walk(page: Any, expect: Any) -> None:
     page.wait_for_url("**/open")
     page.click("[data-preview=force]")
     expect(page.locator("#preview-said")).to_contain_text("samples")
-    take(page, "open", 1130)
+    take(page, "open", 1280)
     page.click("text=Find the contacts")
     drawn(page, expect)
     take(page, "cut", 1250)

@@ -40,6 +40,7 @@ async function look(value, which, role) {
       type: "scatter", mode: "lines", x: found.time, y: found.value.map((y) => (y === null ? null : scale * y)),
       name: label, line: { color: "--recalibrated", width: 1 }, hovertemplate: "%{x} s: %{y}<extra></extra>",
     }]);
+    if (mine === looks) box.scrollIntoView({ block: "nearest" }); // a long list pushes it out of sight
   } catch (error) {
     said.textContent = error.message;
   }
