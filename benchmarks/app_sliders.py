@@ -1,4 +1,4 @@
-"""A slider's change in the app, in Chromium: from the slider's event to the drawn curve.
+"""A slider's change in the app, in Chromium: from the slider's event to the painted curve.
 
 python -m benchmarks.app_sliders
 
@@ -19,19 +19,26 @@ from benchmarks.machine import describe
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 CHANGES = 100  # of each slider
 SLIDERS = {"v_e": "velocity", "f_p": "pretension", "stiffness": "stiffness", "limit": "limit"}
-# each change begins when the one before is drawn; the slider goes to and fro over its range
+# Each change begins when the one before is painted; the slider goes to and fro over its range. A frame is painted right
+# after its animation callbacks: the task that is posted by the first of them comes behind it.
 MOVE = """async ([name, changes]) => {
   const sliders = document.getElementById("sliders"), range = document.getElementById(name), took = [];
   const drawn = () => new Promise((resolve) => {
     const seen = new MutationObserver(() => { seen.disconnect(); resolve(); });
     seen.observe(sliders, { attributeFilter: ["data-drawn"] });
   });
+  const painted = () => new Promise((resolve) => requestAnimationFrame(() => {
+    const channel = new MessageChannel();
+    channel.port1.onmessage = resolve;
+    channel.port2.postMessage(null);
+  }));
   for (let i = 0; i < changes; i++) {
     const [low, high] = [Number(range.min), Number(range.max)];
     range.value = low + (high - low) * (0.3 + 0.4 * ((i * 37) % 100) / 100);
     const begun = performance.now(), done = drawn();
     range.dispatchEvent(new Event("input", { bubbles: true }));
     await done;
+    await painted();
     took.push(performance.now() - begun);
   }
   return took;
@@ -42,8 +49,8 @@ def main() -> None:
     from playwright.sync_api import sync_playwright
 
     print(f"{describe()}\n")
-    print("| answered by | slider | first change, ms | median | worst of 100 |")
-    print("|---|---|--:|--:|--:|")
+    print(f"| answered by | slider | first change, ms | median | 95 % | worst of {CHANGES} |")
+    print("|---|---|--:|--:|--:|--:|")
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         home = Path(name)
         for session, learnt in (("simulation", None), ("surrogate", EXAMPLES / "rig_surrogate.eqx")):
@@ -69,9 +76,9 @@ def main() -> None:
 
 
 def row(page: Any, slider: str) -> str:
-    """The first change, the median and the worst, ms."""
+    """The first change, the median, what 95 of 100 stay below, and the worst, ms."""
     took = np.array(page.evaluate(MOVE, [slider, CHANGES]))
-    return f"{took[0]:.0f} | {np.median(took):.0f} | {took.max():.0f}"
+    return " | ".join(f"{ms:.0f}" for ms in (took[0], *np.percentile(took, (50, 95)), took.max()))
 
 
 if __name__ == "__main__":

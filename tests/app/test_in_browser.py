@@ -27,13 +27,14 @@ PATIENCE = 300_000  # ms, of a step that computes: a limit, not a wait
 
 
 class Looker:
-    """A page that notes what goes wrong, and every address that is asked for."""
+    """A page that notes what goes wrong, and every address that is asked for; its network ends at this machine."""
 
     def __init__(self, browser: Any, app: Served, size: str = "desktop", scheme: str = "light"):
         phone = {"viewport": PHONE, "is_mobile": True, "has_touch": True}
         self.context = browser.new_context(
             reduced_motion="reduce",
             color_scheme=scheme,
+            proxy={"server": "http://127.0.0.1:9", "bypass": "127.0.0.1"},  # nothing answers there
             **(phone if size == "phone" else {"viewport": DESKTOP}),
         )
         self.app, self.page = app, self.context.new_page()
@@ -126,6 +127,92 @@ def test_a_wrong_sign_from_file_to_rig(
     expect(page.locator("a.first", has_text="Diagnose")).to_be_visible(timeout=PATIENCE)
     page.goto(page.url.replace("/cut", "/open"))
     assert page.is_checked("#force-turned")
+    looker.done()
+
+
+def drop(page: Any, path: Path) -> None:
+    """Let a file or folder of the disk fall onto the field, as the browser gets it from the desktop."""
+    box = page.locator("#drop").bounding_box()
+    at = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+    mouse = page.context.new_cdp_session(page)
+    carried = {"items": [], "files": [str(path)], "dragOperationsMask": 1}
+    for kind in ("dragEnter", "dragOver", "drop"):
+        mouse.send("Input.dispatchDragEvent", {"type": kind, **at, "data": carried})
+        if kind == "dragOver":
+            expect(page.locator("#drop")).to_have_class("drop over")
+    mouse.detach()
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory: pytest.TempPathFactory, wrong_sign: Path) -> dict[str, Path]:
+    """What people drop."""
+    from scipy.io import savemat
+
+    from tests.recording.sessions import FEW, columns, made, small
+
+    folder = tmp_path_factory.mktemp("dropped")
+    savemat(folder / "logged.mat", columns(made(7, FEW, rate=4000.0)))
+    for files, kind in (("a bag", "mcap"), ("an older bag", "db3")):
+        (folder / files).mkdir()
+        for name, content in small(kind).items():
+            (folder / files / name).write_bytes(content)
+    (folder / "a bag/.hidden").touch()
+    (folder / "nothing").mkdir()
+    return {
+        "mcap": EXAMPLES / "session.mcap",
+        "bag": folder / "a bag",
+        "db3": folder / "an older bag",
+        "csv": wrong_sign,
+        "mat": folder / "logged.mat",
+        "nothing": folder / "nothing",
+    }
+
+
+@pytest.mark.parametrize(
+    "kind, way, session, force",
+    [
+        ("mcap", "dropped", "session", "/flange/wrench:wrench.force.z"),
+        ("bag", "dropped", "a bag", "/ft/wrench:wrench.force.z"),
+        ("bag", "chosen", "a bag", "/ft/wrench:wrench.force.z"),
+        ("db3", "dropped", "an older bag", "/ft/wrench:wrench.force.z"),
+        ("csv", "dropped", "pressed", "force_n"),
+        ("mat", "dropped", "logged", "force_n"),
+    ],
+)
+def test_a_recording_is_dropped_or_chosen(
+    browser: Any, tmp_path: Path, recordings: dict[str, Path], kind: str, way: str, session: str, force: str
+) -> None:
+    with served(tmp_path) as app:
+        looker = Looker(browser, app)
+        page, path = looker.page, recordings[kind]
+        if way == "dropped":
+            drop(page, path)
+        else:
+            page.set_input_files("#folder", path)
+        page.wait_for_url(f"**/{session.replace(' ', '%20')}/open")
+        sent = {file.name: file.read_bytes() for file in (tmp_path / session / "recording").iterdir()}
+        files = [file for file in path.iterdir() if file.name[0] != "."] if path.is_dir() else [path]
+        assert sent == {file.name: file.read_bytes() for file in files}
+        expect(page.locator("#preview")).to_be_hidden()  # it would be empty
+        page.get_by_role("button", name=f"force: take {force}").click()
+        said = page.locator("#preview-said")
+        expect(said).to_contain_text("samples")
+        least, most = map(float, re.search(r"; (-?[\d.]+) to (-?[\d.]+)", said.inner_text()).groups())  # type: ignore[union-attr]
+        assert (least < -50) == (kind == "csv") and (most > 50) == (kind != "csv")
+        expect(page.locator("#preview .trace")).to_be_visible()
+        if kind == "mat":
+            page.click("text=Find the contacts")
+            expect(cut_frame(page).locator(".verdict")).to_contain_text("All 8 contacts")
+        looker.done()
+
+
+def test_what_is_dropped_may_be_no_recording(browser: Any, app: Served, recordings: dict[str, Path]) -> None:
+    looker = Looker(browser, app)
+    page, before = looker.page, set(app.home.iterdir())
+    drop(page, recordings["nothing"])
+    expect(page.locator("#upload-said")).to_contain_text("nothing: holds no files")
+    expect(page.locator("#upload-progress")).to_be_hidden()
+    assert set(app.home.iterdir()) == before
     looker.done()
 
 

@@ -1,6 +1,8 @@
 """Who is answered, what leads out of the chosen folders, and what a file's text can do."""
 
+import asyncio
 import json
+import logging
 from pathlib import Path
 from urllib.parse import quote
 
@@ -297,3 +299,14 @@ def test_plain_names_are_taken() -> None:
     assert uploads.file_name("Messung 3 (neu)+1.mcap") == "Messung 3 (neu)+1.mcap"
     with pytest.raises(InputError):
         uploads.file_name("a:b")
+
+
+@pytest.mark.parametrize("fault, is_told", [(asyncio.CancelledError(), False), (ValueError("x"), True)])
+def test_an_answer_that_the_end_cuts_off_is_no_fault(fault: BaseException, is_told: bool) -> None:
+    from acf_jax.app.serve import _is_told
+
+    told = (type(fault), fault, None)
+    record = logging.LogRecord(
+        "uvicorn.error", logging.ERROR, "", 1, "Exception in ASGI application", (), told
+    )
+    assert _is_told(record) == is_told

@@ -31,7 +31,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)  # in the order of the steps
 State = Literal["running", "done", "failed", "stopped", "interrupted"]
 STOPPED = 130  # exit code of a command that Ctrl-C stopped
 PATIENCE = 5.0  # s, until a job that was asked to stop is killed
-ENDING = 10.0  # s, that a process may take to end once its command is done
+ENDING = 60.0  # s, that a process may take to end once its command is done; a busy machine takes ten and more
 TOLD = 200  # lines of messages
 TRACEBACK = "Traceback (most recent call last):"
 

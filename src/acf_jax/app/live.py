@@ -83,6 +83,7 @@ def curve(model: Model, asked: Asked) -> dict[str, Any]:
     `beyond`: where the model extrapolates. `allowed`: which velocities keep the limit, in words.
     """
     law = model.source.model
+    tried = law.tried
     low, high, _ = spans(model)["v_e"]
     v_e = np.linspace(max(low, 1e-3), high, POINTS)
     z = np.tile(law.at(asked.v_e, asked.f_p), (POINTS + 1, 1))
@@ -99,7 +100,7 @@ def curve(model: Model, asked: Asked) -> dict[str, Any]:
         "force": series(force[:-1]),
         "upper": series(upper[:-1]),
         "lower": series(under[:-1]),
-        "beyond": [bool(other or law.is_extrapolated(one)) for one in z[:-1]],
+        "beyond": [bool(other or (tried and tried.beyond(v, asked.f_p))) for v in v_e],
         "at": {"force": _told(force[-1]), "std": _told(std[-1]), "upper": _told(upper[-1])},
         "none": law.main.peak.no_peak,
         "allowed": why,

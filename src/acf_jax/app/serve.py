@@ -1,5 +1,7 @@
 """The server: on the loopback address of this machine, until Ctrl-C."""
 
+import asyncio
+import logging
 import socket
 import webbrowser
 from collections.abc import Callable
@@ -44,6 +46,7 @@ def serve(folders: list[Path], port: int, shows: bool, say: Callable[[str], obje
             ws="none",
             timeout_graceful_shutdown=CLOSING_S,
         )
+        logging.getLogger("uvicorn.error").addFilter(_is_told)
         address = f"http://{HOST}:{port}/?token={token}"
         say(
             f"{address}\nopen it in a browser on this machine; Ctrl-C ends the app, not a diagnosis that runs"
@@ -51,3 +54,8 @@ def serve(folders: list[Path], port: int, shows: bool, say: Callable[[str], obje
         if shows:
             webbrowser.open(address)
         uvicorn.Server(config).run(sockets=[listening])
+
+
+def _is_told(record: logging.LogRecord) -> bool:
+    """Not that an answer was on its way when Ctrl-C came: uvicorn prints it as a fault, with its traceback."""
+    return not (record.exc_info and isinstance(record.exc_info[1], asyncio.CancelledError))

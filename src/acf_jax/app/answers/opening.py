@@ -24,10 +24,14 @@ def browse(request: Request) -> Response:
 
 
 async def upload(request: Request) -> Response:
-    """One file of a recording: ?name=FILE, and ?session=PLACE/NAME for those behind the first."""
-    name = uploads.file_name(request.query_params.get("name", ""))
-    given = request.query_params.get("session", "")
-    session = await run_in_threadpool(_given_or_new, request, given, name)
+    """One file of a recording: ?name=FILE, and ?session=PLACE/NAME for those behind the first.
+
+    ?folder=NAME: of the folder that holds it; the session is called like it.
+    """
+    asked = request.query_params
+    name, given = uploads.file_name(asked.get("name", "")), asked.get("session", "")
+    called = asked.get("folder") or Path(name).stem
+    session = await run_in_threadpool(_given_or_new, request, given, called)
     target = session.folder / sessions.UPLOADED / name
     try:
         await uploads.receive(request.stream(), target)
@@ -39,8 +43,8 @@ async def upload(request: Request) -> Response:
     return JSONResponse({"session": f"{session.place}/{session.name}", "next": f"{session.url}/open"})
 
 
-def _given_or_new(request: Request, given: str, name: str) -> Session:
-    return session_named(request, given) if given else sessions.create(places_of(request), Path(name).stem)
+def _given_or_new(request: Request, given: str, called: str) -> Session:
+    return session_named(request, given) if given else sessions.create(places_of(request), called)
 
 
 def _take_uploaded(session: Session) -> None:

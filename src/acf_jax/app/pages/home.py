@@ -25,20 +25,31 @@ def home(places: Places) -> Response:
     listed = table(
         "Each is a folder that the commands read, too", ("Session", "How far", "Last change"), rows
     )
-    return page("Sessions", new_session(places), listed if rows else None)
+    return page("Sessions", new_session(places), listed if rows else None, step="sessions")
 
 
 def new_session(places: Places) -> Html:
     """Where a recording is dropped."""
+
+    def chosen(name: str, label: str, **several: bool) -> Html:
+        return field(
+            label, void("input", type="file", id=name, aria_describedby="files-hint", **several), name
+        )
+
+    controls = (
+        chosen("files", "Its files", multiple=True),
+        chosen("folder", "Its folder", webkitdirectory=True),
+    )
     drop = element(
         "div",
-        element("p", element("strong", "Drop a recording here"), ", or choose its files"),
-        element("label", "Files of one recording", for_="files", class_="quiet"),
-        void("input", type="file", id="files", multiple=True, aria_describedby="files-hint"),
+        element(
+            "p", element("strong", "Drop a recording here"), ", a file or the folder of a bag, or choose"
+        ),
+        element("div", *controls, class_="row"),
         element(
             "p",
-            "ROS bag, CSV, .mat, HDF5, Parquet, TDMS, Excel, NumPy. A bag in a folder: all its files. At most "
-            f"{uploads.LARGEST / 1e9:g} GB a file; larger ones open in place.",
+            f"ROS bag, CSV, .mat, HDF5, Parquet, TDMS, Excel, NumPy. At most {uploads.LARGEST / 1e9:g} GB a file;"
+            " larger ones open in place.",
             class_="muted hint",
             id="files-hint",
         ),

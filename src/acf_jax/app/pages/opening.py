@@ -1,6 +1,7 @@
 """Step 1, Open: what the recording holds, and which of its signals are force, speed and pretension."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from starlette.responses import Response
@@ -17,7 +18,7 @@ from acf_jax.app.pages.layout import (
     running,
 )
 from acf_jax.app.pages.roles import called, signals_form
-from acf_jax.app.sessions import MAPPING, Session
+from acf_jax.app.sessions import MAPPING, UPLOADED, Session
 from acf_jax.errors import InputError
 from acf_jax.report.markup import Html, element
 from acf_jax.report.plot import Variant, axis, plot
@@ -44,8 +45,9 @@ def opening(session: Session, faults: Sequence[str] = ()) -> Response:
         )
     offered = offers(session)
     robot = session.recording("robot")
+    name = session.name if recording == Path(UPLOADED) else recording.name  # the folder of a bag
     told = element(
-        "p", element("strong", recording.name), f" and {robot.name}" if robot else "", f" · {_size(session)}"
+        "p", element("strong", name), f" and {robot.name}" if robot else "", f" · {_size(session)}"
     )
     faults = [*faults, *offered["faults"], *offered.get("obstacles", [])]
     return page(

@@ -44,7 +44,7 @@ def _evidence(part: Sequence[Mapping[str, Any]]) -> list[Html]:
         (headed(name_of(tuple(one["effects"]))), f"{float(one['value']):+,.1f}".replace("-", "−"))
         for one in part
     ]
-    caption = f"{len(rows)} explanations weighed so far, each over nothing unmodelled"
+    caption = f"{len(rows)} explanations weighed so far, each against the refitted model alone"
     head = ("Explanation, the best so far first", "Log evidence, provisional")
     more = element("p", f"and {len(rows) - SHOWN} more", class_="muted") if len(rows) > SHOWN else Html("")
     return [table(caption, head, rows[:SHOWN]), more]

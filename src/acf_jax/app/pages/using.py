@@ -98,8 +98,8 @@ def _sliders(session: Session) -> Html:
         label, unit, step = words[name]
         rows.append(slider(name, label, _up(low, step), _down(high, step), step, _down(first, step), unit))
     layout = {
-        "xaxis": axis("contact velocity / m/s"),
-        "yaxis": axis("peak contact force / N", rangemode="tozero"),
+        "xaxis": axis("contact velocity / m/s", automargin=False),
+        "yaxis": axis("peak contact force / N", rangemode="tozero", automargin=False),
     }
     caption = (
         "The band holds 95 % between the trials: parameters, explanations and the form of the law, to first order."

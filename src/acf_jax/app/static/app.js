@@ -74,9 +74,9 @@ const drop = document.getElementById("drop");
 if (drop) {
   const said = document.getElementById("upload-said"), bar = document.getElementById("upload-progress");
 
-  const send = (file, session) => new Promise((resolve, reject) => {
+  const send = (file, where) => new Promise((resolve, reject) => {
     const request = new XMLHttpRequest(); // fetch tells no progress of what it sends
-    const query = new URLSearchParams({ name: file.name, ...(session ? { session } : {}) });
+    const query = new URLSearchParams({ name: file.name, ...where });
     request.open("PUT", `${drop.dataset.upload}?${query}`);
     request.setRequestHeader("Accept", "application/json");
     request.upload.onprogress = (event) => { bar.value = event.loaded / (event.total || 1); };
@@ -90,14 +90,16 @@ if (drop) {
     request.send(file);
   });
 
-  const sendAll = async (files) => {
-    if (!files.length) return;
+  /** `found`: files, or the promise of them. `folder`: the name of the folder that holds them, where one was given. */
+  const sendAll = async (found, folder) => {
     bar.hidden = false;
     try {
+      const files = await found;
+      if (!files.length) throw new Error(`${folder}: holds no files; give the folder that holds the recording itself.`);
       let answer = {};
       for (const file of files) {
         said.textContent = `Reading ${file.name}`;
-        answer = await send(file, answer.session);
+        answer = await send(file, answer.session ? { session: answer.session } : folder ? { folder } : {});
       }
       location.assign(answer.next);
     } catch (error) {
@@ -106,7 +108,21 @@ if (drop) {
     }
   };
 
-  document.getElementById("files").addEventListener("change", (event) => sendAll([...event.target.files]));
+  const isShown = (file) => !file.name.startsWith(".");
+  document.getElementById("files").addEventListener("change", ({ target }) => { if (target.files.length) sendAll([...target.files]); });
+  document.getElementById("folder").addEventListener("change", ({ target }) => {
+    const paths = [...target.files].map((file) => [file, file.webkitRelativePath.split("/")]);
+    if (paths.length) sendAll(paths.filter(([file, parts]) => parts.length === 2 && isShown(file)).map(([file]) => file), paths[0][1][0]);
+  });
+
+  /** The files that lie in a folder itself. */
+  const filesIn = async (folder) => {
+    const reader = folder.createReader(), found = [];
+    for (let some; (some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject))).length;) found.push(...some);
+    return Promise.all(found.filter((entry) => entry.isFile && isShown(entry))
+      .map((entry) => new Promise((resolve, reject) => entry.file(resolve, reject))));
+  };
+
   for (const kind of ["dragenter", "dragover"]) {
     drop.addEventListener(kind, (event) => { event.preventDefault(); drop.classList.add("over"); });
   }
@@ -114,7 +130,11 @@ if (drop) {
   drop.addEventListener("drop", (event) => {
     event.preventDefault();
     drop.classList.remove("over");
-    sendAll([...event.dataTransfer.files]);
+    const files = [...event.dataTransfer.files]; // both now: behind the event they are gone
+    const folder = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry?.()).find((entry) => entry?.isDirectory);
+    if (files.length > 1 && folder) said.textContent = "Drop one folder, or the files of one recording.";
+    else if (folder) sendAll(filesIn(folder), folder.name);
+    else if (files.length) sendAll(files);
   });
   for (const kind of ["dragover", "drop"]) document.addEventListener(kind, (event) => event.preventDefault());
 }

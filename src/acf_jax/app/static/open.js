@@ -35,10 +35,12 @@ async function look(value, which, role) {
     const rate = found.seconds > 0 ? `, ${Math.round((found.count - 1) / found.seconds).toLocaleString("en")} Hz` : "";
     said.textContent = `${label}: ${found.count.toLocaleString("en")} samples in ${found.seconds.toFixed(1)} s${rate}; ` +
       `${ends[0]} to ${ends[1]}${unit}, at rest about ${short(found.median)}${unit}.`;
+    box.dataset.drawn = "true";
     await put("preview", [{
       type: "scatter", mode: "lines", x: found.time, y: found.value.map((y) => (y === null ? null : scale * y)),
       name: label, line: { color: "--recalibrated", width: 1 }, hovertemplate: "%{x} s: %{y}<extra></extra>",
     }]);
+    if (mine === looks) box.scrollIntoView({ block: "nearest" }); // a long list pushes it out of sight
   } catch (error) {
     said.textContent = error.message;
   }

@@ -9,13 +9,13 @@ function show(found, where) {
   const drawn = put("peak", [
     { ...line, x, y: found.upper, line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
     { ...line, x, y: found.lower, line: { width: 0 }, fill: "tonexty", fillcolor: "--band", name: "95 %", hoverinfo: "skip" },
-    { ...line, x, y: found.force, name: "expected, beyond the trials", line: { color: "--corrected", width: 2.5, dash: "dot" } },
-    { ...line, x, y: tried, name: "expected, between the trials", line: { color: "--corrected", width: 2.5 } },
+    { ...line, x, y: found.force, name: "extrapolated", line: { color: "--corrected", width: 2.5, dash: "dot" } },
+    { ...line, x, y: tried, name: "expected", line: { color: "--corrected", width: 2.5 } },
     { ...line, x: [x[0], x.at(-1)], y: [where.limit, where.limit], name: "limit", line: { color: "--bad", dash: "dash", width: 2 } },
     { type: "scatter", mode: "markers", x: [where.v_e], y: [at.force], name: "here", marker: { size: 11, color: "--measured" } },
   ]);
   const force = at.force === null ? `No answer here: ${found.none}.` : `${at.force.toFixed(1)} ± ${at.std.toPrecision(2)} N`;
-  document.getElementById("peak-said").replaceChildren(force, document.createElement("br"),
+  document.getElementById("peak-said").replaceChildren(force,
     Object.assign(document.createElement("span"), { className: "muted", textContent: found.allowed }));
   document.getElementById("peak-notes").replaceChildren(
     ...found.notes.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
