@@ -99,7 +99,7 @@ def ready(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         yield app
 
 
-@pytest.mark.parametrize("size, scheme", LOOKS[:2])
+@pytest.mark.parametrize("size, scheme", [LOOKS[0], pytest.param(*LOOKS[1], marks=pytest.mark.long)])
 def test_a_wrong_sign_from_file_to_rig(
     browser: Any, app: Served, wrong_sign: Path, size: str, scheme: str
 ) -> None:
@@ -199,6 +199,7 @@ def test_a_page_of_the_command_saves_cuts_by_itself(
     assert again.exit_code == 0 and again.output.startswith("8 contacts") and "7 kept" in again.output
 
 
+@pytest.mark.long
 def test_the_keyboard_is_enough_for_every_step(browser: Any, ready: Served, wrong_sign: Path) -> None:
     """No wait is on a clock: each is on what the page shows."""
     looker = Looker(browser, ready)
@@ -329,6 +330,7 @@ def test_a_page_renews_itself_in_place(browser: Any, app: Served) -> None:
     looker.done()
 
 
+@pytest.mark.long
 def test_the_report_fills_and_a_killed_diagnosis_goes_on(browser: Any, app: Served) -> None:
     import signal
 

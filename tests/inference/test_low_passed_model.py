@@ -97,6 +97,7 @@ def test_compared_samples_lie_two_a_period_of_the_cutoff() -> None:
     assert grid.low_pass == CAUSAL and grid.h <= 0.1 / 400.0
 
 
+@pytest.mark.long
 def test_a_ring_above_the_cutoff_is_out_of_the_way(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Each trial rings at 1.5 kHz with a phase of its own; the gain error shows through the filter all the same."""
     rng = np.random.default_rng(3)
