@@ -367,7 +367,7 @@ def test_the_report_fills_and_a_killed_diagnosis_goes_on(browser: Any, app: Serv
     looker.done()
 
 
-@pytest.mark.parametrize("size, scheme", LOOKS[:2])
+@pytest.mark.parametrize("size, scheme", [LOOKS[0], pytest.param(*LOOKS[1], marks=pytest.mark.long)])
 def test_sliders_and_questions(browser: Any, ready: Served, size: str, scheme: str) -> None:
     looker = Looker(browser, ready, size, scheme)
     page = looker.page

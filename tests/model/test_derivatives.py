@@ -84,6 +84,7 @@ def test_float32_derivatives_keep_their_precision():
     assert (error / size)[with_peak].max() < 2e-4
 
 
+@pytest.mark.long
 def test_batch_gradients_equal_those_of_samples():
     rig, impact = batch(truth.wide_box(9000, seed=8))
     of_batch = jax.grad(lambda r, i: find_peaks(r, i).f_max.sum(), argnums=(0, 1))(rig, impact)
