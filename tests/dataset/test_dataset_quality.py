@@ -303,7 +303,7 @@ def test_faulty_trial_is_found_named_and_alone(kind, runs):
         assert set(quality.excluded) <= {faulty.name}
         found += faulty.name in quality.excluded
         named += KINDS[kind] in quality.excluded.get(faulty.name, "")
-    assert found >= 0.95 * runs and named >= 0.85 * runs, (found, named)
+    assert found >= 0.95 * runs and named >= int(0.85 * runs), (found, named)
 
 
 def test_a_second_touch_that_jumps_is_no_spike():
