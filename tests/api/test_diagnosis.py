@@ -157,6 +157,7 @@ def test_ranges_that_cannot_be_are_named(diagnosed, tmp_path):
         diagnosed.train(samples=10)
 
 
+@pytest.mark.long
 def test_the_ten_lines_of_the_page_run(monkeypatch, tmp_path, capsys):
     """As they stand, with few effects and a short training in place of minutes."""
     page = (ROOT / "docs/python.md").read_text("utf-8")

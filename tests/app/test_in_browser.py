@@ -100,7 +100,7 @@ def ready(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         yield app
 
 
-@pytest.mark.parametrize("size, scheme", LOOKS[:2])
+@pytest.mark.parametrize("size, scheme", [LOOKS[0], pytest.param(*LOOKS[1], marks=pytest.mark.long)])
 def test_a_wrong_sign_from_file_to_rig(
     browser: Any, app: Served, wrong_sign: Path, size: str, scheme: str
 ) -> None:
@@ -286,6 +286,7 @@ def test_a_page_of_the_command_saves_cuts_by_itself(
     assert again.exit_code == 0 and again.output.startswith("8 contacts") and "7 kept" in again.output
 
 
+@pytest.mark.long
 def test_the_keyboard_is_enough_for_every_step(browser: Any, ready: Served, wrong_sign: Path) -> None:
     """No wait is on a clock: each is on what the page shows."""
     looker = Looker(browser, ready)
@@ -416,6 +417,7 @@ def test_a_page_renews_itself_in_place(browser: Any, app: Served) -> None:
     looker.done()
 
 
+@pytest.mark.long
 def test_the_report_fills_and_a_killed_diagnosis_goes_on(browser: Any, app: Served) -> None:
     import signal
 
@@ -452,7 +454,7 @@ def test_the_report_fills_and_a_killed_diagnosis_goes_on(browser: Any, app: Serv
     looker.done()
 
 
-@pytest.mark.parametrize("size, scheme", LOOKS[:2])
+@pytest.mark.parametrize("size, scheme", [LOOKS[0], pytest.param(*LOOKS[1], marks=pytest.mark.long)])
 def test_sliders_and_questions(browser: Any, ready: Served, size: str, scheme: str) -> None:
     looker = Looker(browser, ready, size, scheme)
     page = looker.page

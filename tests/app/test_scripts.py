@@ -131,6 +131,7 @@ def test_a_script_leaves_nothing_out(whole: tuple[Path, dict[str, str]]) -> None
     assert "review='cuts.yaml'" in answers["py"]
 
 
+@pytest.mark.long
 def test_a_script_asks_the_same_questions(app: Served) -> None:
     folder = app.home / "asked"
     (folder / "diagnosis").mkdir(parents=True)

@@ -30,7 +30,7 @@ def test_box_has_both_kinds_of_samples():
     assert np.all((ENDS.lower <= ENDS.guess) & (ENDS.guess <= ENDS.upper))
 
 
-@pytest.mark.parametrize("variant", range(3))
+@pytest.mark.parametrize("variant", [0, *(pytest.param(i, marks=pytest.mark.long) for i in (1, 2))])
 def test_numba(variant, truth):
     need_module("numba", "pip install numba")
     from benchmarks.peers import numba_peak

@@ -383,6 +383,7 @@ def test_a_model_that_is_not_one_is_refused(call, tmp_path):
     )
 
 
+@pytest.mark.long
 def test_a_limit_holds_until_the_robot_has_stopped(call, tmp_path):
     """Carried along for 55 mm, this flange presses with 60 N, 44 N of its spring and d v."""
     rig = tmp_path / "rig.yaml"
@@ -394,25 +395,34 @@ def test_a_limit_holds_until_the_robot_has_stopped(call, tmp_path):
     assert found["robot_stops_within_s"] == pytest.approx(0.055 / found["v_e"])
 
 
-def test_an_early_stop_does_not_stop_the_flange(call, tmp_path):
+@pytest.mark.parametrize("command", ["speed", pytest.param("design", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "ending",
+    [
+        pytest.param({"stop_after": 0.001}, marks=pytest.mark.long),
+        {"travel": 0.0003},
+        pytest.param({"reaction": 0, "deceleration": 200}, marks=pytest.mark.long),
+    ],
+    ids=["time", "travel", "braking"],
+)
+def test_an_early_stop_does_not_stop_the_flange(call, tmp_path, ending, command):
     """A robot that stops after 1 ms: what is left is a mass on two springs, whatever the ending is called."""
     rig = tmp_path / "rig.yaml"
     rig.write_text("rig: {m: 1.9, d: 0.0, k_f: 800.0, k_c: 6.0e+4}\n")
-    asked = ("speed", "--model", rig, "--f-p", "60", "--limit", "140", "--draws", "400", "--json")
     rest = 60 / 60800
     highest = np.sqrt(((80 / 6e4 + rest) ** 2 - rest**2) * 60800 / 1.9)
-    for ending in (
-        ["--stop-after", "0.001"],
-        ["--travel", "0.0003"],
-        ["--reaction", "0", "--deceleration", "200"],
-    ):
-        (found,) = json.loads(call(*asked, *ending).output)["speeds"]
-        assert 0.97 * highest < found["v_e"] < highest
-    config = tmp_path / "design.yaml"
-    config.write_text(f"model: {rig}\ngoal: fastest\nlimit: 140\nf_p: 60\nv_e: {{low: 0.02, high: 1}}\n"
-                      "ending: {stop_after: 0.001}\n")  # fmt: skip
-    designed = json.loads(call("design", "--config", config, "--json").output)
-    assert designed["feasible"] and 0.97 * highest < designed["optimum"]["v_e"] < highest
+    if command == "speed":
+        asked = ("speed", "--model", rig, "--f-p", "60", "--limit", "140", "--draws", "400", "--json")
+        options = [part for name, value in ending.items() for part in (f"--{name.replace('_', '-')}", value)]
+        (found,) = json.loads(call(*asked, *options).output)["speeds"]
+    else:
+        config = tmp_path / "design.yaml"
+        config.write_text(f"model: {rig}\ngoal: fastest\nlimit: 140\nf_p: 60\nv_e: {{low: 0.02, high: 1}}\n"
+                          f"ending: {json.dumps(ending)}\n")  # fmt: skip
+        designed = json.loads(call("design", "--config", config, "--json").output)
+        assert designed["feasible"]
+        found = designed["optimum"]
+    assert 0.97 * highest < found["v_e"] < highest
 
 
 def test_an_ending_that_cannot_be_is_refused_by_every_command(call, tmp_path):

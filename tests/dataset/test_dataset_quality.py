@@ -290,11 +290,12 @@ KINDS = {
 }
 
 
+@pytest.mark.parametrize("runs", [6, pytest.param(20, marks=pytest.mark.long)])
 @pytest.mark.parametrize("kind", KINDS)
-def test_faulty_trial_is_found_named_and_alone(kind):
+def test_faulty_trial_is_found_named_and_alone(kind, runs):
     rng = np.random.default_rng(7)
     found, named = 0, 0
-    for run in range(20):
+    for run in range(runs):
         dataset = made_up(run % 4)
         index = int(rng.integers(len(dataset.trials)))
         faulty = change(kind, dataset, index, rng)
@@ -302,7 +303,7 @@ def test_faulty_trial_is_found_named_and_alone(kind):
         assert set(quality.excluded) <= {faulty.name}
         found += faulty.name in quality.excluded
         named += KINDS[kind] in quality.excluded.get(faulty.name, "")
-    assert found >= 19 and named >= 17, (found, named)
+    assert found >= 0.95 * runs and named >= int(0.85 * runs), (found, named)
 
 
 def test_a_second_touch_that_jumps_is_no_spike():
@@ -397,7 +398,7 @@ def test_repeats_of_two_pretensions_under_one_label_are_told():
     trials = [replace(t, name=f"{k}-{t.name}", pretension=60.0) for k in (0, 1) for t in mixed[k].trials]
     warnings = assess_dataset(replace(mixed[0], trials=tuple(trials))).warnings
     assert any("repeats at 0.05 m/s and 60 N peak between" in w and "check velocity" in w for w in warnings)
-    for seed in range(20):
+    for seed in range(6):
         assert not any("repeats at" in w for w in assess_dataset(made_up(seed, repeats=3)).warnings)
 
 

@@ -90,6 +90,7 @@ def test_what_is_cut_off_is_neither_fitted_nor_a_peak(half: Diagnosis) -> None:
     assert half.gap["corrected"].peak_rms_percent == pytest.approx(100 * np.sqrt((relative**2).mean()))
 
 
+@pytest.mark.long
 def test_a_range_that_is_known_takes_nothing_from_the_verdict(
     gravity_set: GapDataset, diagnosed: Diagnosis, half: Diagnosis
 ) -> None:

@@ -59,6 +59,7 @@ def test_by_how_much_it_changes_the_force_is_said() -> None:
     assert statement(replace(o, robot=steady), nominal) == ""
 
 
+@pytest.mark.long
 def test_a_diagnosis_of_measured_motions_has_their_picture_and_a_warning(tmp_path: Path) -> None:
     with few_explanations(("gravity",), ("unknown_robot",)):
         found = diagnose(trials(STD))

@@ -41,6 +41,7 @@ def alone(two: Observations) -> list[Fit]:
     return [fit_nominal(two), *(fit(two, (name,), begin(RIG.values, x)) for name, x in singles.items())]
 
 
+@pytest.mark.long
 def test_what_laws_alone_leave_is_found_by_adding_one(two: Observations, alone: list[Fit]) -> None:
     with few_explanations(KEPT, ()):
         fits, evidence = explain(two, alone, KEPT)

@@ -24,7 +24,7 @@ def fitted(folder: Path, seed: int, name: str, rival: str, distance: float = 40.
     return case.causes[name], fit_single(ground, name), fit_single(ground, rival)
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_where_a_pad_bottoms_out_is_found(tmp_path: Path, seed: int) -> None:
     truth, found, hardening = fitted(tmp_path, seed, "pad_bottoming", "contact_hardening")
     ratio, compression = found.physical[4:]
@@ -43,7 +43,9 @@ def test_a_wrong_pretension_is_told_from_a_wrong_gain(tmp_path: Path, seed: int)
     assert found.objective < gain.objective - 5
 
 
-@pytest.mark.parametrize("seed", [4, 5])  # where a third of the friction grows with the pretension
+@pytest.mark.parametrize(
+    "seed", [pytest.param(4, marks=pytest.mark.long), 5]
+)  # where a third of the friction grows with the pretension
 def test_friction_that_grows_with_pressure_is_found_at_every_pretension(tmp_path: Path, seed: int) -> None:
     truth, found, gravity = fitted(tmp_path, seed, "coulomb_friction", "gravity", 300.0)
     constant, coefficient, _ = found.physical[4:]
@@ -54,6 +56,7 @@ def test_friction_that_grows_with_pressure_is_found_at_every_pretension(tmp_path
     assert found.objective < gravity.objective - 1000
 
 
+@pytest.mark.long
 def test_a_plate_on_the_sensor_is_told_from_a_mode_that_a_part_of_the_force_passes(tmp_path: Path) -> None:
     truth, plate, mode = fitted(tmp_path, 2, "fixture_mass", "sensor_resonance", 600.0)
     mass, stiffness, damping_time = plate.physical[4:]

@@ -43,6 +43,7 @@ def test_what_is_known_is_told_as_it_comes(gravity_set: GapDataset, diagnosed: D
     assert "probability" not in json.dumps([value for _, value in told])
 
 
+@pytest.mark.long
 def test_who_watches_changes_nothing(gravity_set: GapDataset, diagnosed: Diagnosis) -> None:
     with few_explanations(KEPT, CURVES):
         found = diagnose(gravity_set, watch=lambda part: None)

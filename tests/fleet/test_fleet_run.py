@@ -119,6 +119,7 @@ def test_nothing_to_do_starts_no_processes() -> None:
     assert list(run_all(json.dumps, [], Where("tcp://nowhere:1"))) == []
 
 
+@pytest.mark.long
 def test_as_many_processes_work_as_were_asked_for() -> None:
     need_module("distributed", "pip install 'acf-jax[fleet]'")
     processes = [process for _, process in run_all(process_after, enumerate([0.3] * 6), Where(workers=3))]

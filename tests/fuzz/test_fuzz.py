@@ -1,7 +1,10 @@
 """Whatever stands in its files, every reader ends in a result or in an `InputError` with a remedy.
 
-`python -m tests.fuzz --minutes 10` goes on where this stops.
+A few files of every reader, and more of them with the longer checks; `python -m tests.fuzz --minutes 10` goes on where
+these stop.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -17,7 +20,25 @@ from tests.fuzz.mutate import mutated
 from tests.fuzz.readers import READERS, Reader, kinds
 
 EVERY = pytest.mark.parametrize("reader", READERS, ids=[reader.name for reader in READERS])
-FEW = settings(deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
+SAME = settings(deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
+
+
+def files(few: int, many: int) -> pytest.MarkDecorator:
+    """How many files are made of a reader's whole one."""
+    return pytest.mark.parametrize("count", [few, pytest.param(many, marks=pytest.mark.long)])
+
+
+def try_out(reader: Reader, make: Callable[[str, bytes], st.SearchStrategy[bytes]], count: int) -> None:
+    """`count` times what `make` makes of one of the reader's files, beside the others."""
+    whole = reader.files()
+
+    @settings(SAME, max_examples=count)
+    @given(data=st.data())
+    def one(data: st.DataObject) -> None:
+        wrong = data.draw(st.sampled_from(reader.wrong))
+        attempt(reader, {**whole, wrong: data.draw(make(wrong, whole[wrong]))})
+
+    one()
 
 
 @EVERY
@@ -26,21 +47,15 @@ def test_whole_files_are_understood(reader):
 
 
 @EVERY
-@settings(FEW, max_examples=40)
-@given(data=st.data())
-def test_mutated_files_are_understood_or_refused(reader, data):
-    files = reader.files()
-    wrong = data.draw(st.sampled_from(reader.wrong))
-    attempt(reader, {**files, wrong: data.draw(mutated(wrong, files[wrong]))})
+@files(6, 40)
+def test_mutated_files_are_understood_or_refused(reader, count):
+    try_out(reader, mutated, count)
 
 
 @EVERY
-@settings(FEW, max_examples=15)
-@given(data=st.data())
-def test_hostile_files_are_understood_or_refused(reader, data):
-    files = reader.files()
-    wrong = data.draw(st.sampled_from(reader.wrong))
-    attempt(reader, {**files, wrong: data.draw(built(wrong, files[wrong]))})
+@files(3, 15)
+def test_hostile_files_are_understood_or_refused(reader, count):
+    try_out(reader, built, count)
 
 
 def test_every_reader_of_recordings_is_tried():

@@ -20,7 +20,16 @@ REACH = 25.0  # N, which both impacts exceed
 LOW = {"level_n": 15.0, "level_m": 1e-4, "delay_s": 1e-3}  # within what the impacts reach
 
 
-@pytest.mark.parametrize("name", [*free_curves(), "pad_mass", "coulomb_friction"])
+MANY = ("unknown_contact", "unknown_robot")  # parameters, which JAX compiles for long
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long) if name in MANY else name
+        for name in (*free_curves(), "pad_mass", "coulomb_friction")
+    ],
+)
 def test_derivatives_are_those_of_jax(name: str) -> None:
     """With every strength at work, beyond the reach of a curve."""
     known = every_effect()[name].parameters()

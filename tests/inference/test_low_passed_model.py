@@ -67,7 +67,9 @@ def recalibrated(dataset: GapDataset) -> tuple[Fit, float]:
     return fitted, 2 * fitted.objective / o.n_used
 
 
-@BOTH
+@pytest.mark.parametrize(
+    "way", [CAUSAL, pytest.param(ZERO, marks=pytest.mark.long)], ids=["causal", "zero phase"]
+)
 def test_a_filter_that_is_stated_is_no_gap(way: LowPass) -> None:
     dataset = made_up(0, end=0.03)
     whole, _ = recalibrated(dataset)
@@ -97,6 +99,7 @@ def test_compared_samples_lie_two_a_period_of_the_cutoff() -> None:
     assert grid.low_pass == CAUSAL and grid.h <= 0.1 / 400.0
 
 
+@pytest.mark.long
 def test_a_ring_above_the_cutoff_is_out_of_the_way(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Each trial rings at 1.5 kHz with a phase of its own; the gain error shows through the filter all the same."""
     rng = np.random.default_rng(3)

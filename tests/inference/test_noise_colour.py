@@ -8,7 +8,7 @@ import pytest
 from acf_jax.dataset import Noise, Trace
 from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.search import recoloured
-from acf_jax.inference.fit import fit
+from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.noise_colour import colour
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import begin
@@ -35,9 +35,19 @@ def recorded(memory: float, before: int = 12, trials: int = 8) -> tuple[Observat
     return noisy, approaches
 
 
-def test_colour_is_told_by_what_a_fit_leaves() -> None:
+Coloured = tuple[Observations, list[Trace], Fit]
+
+
+@pytest.fixture(scope="module")
+def coloured() -> Coloured:
+    """Trials with coloured noise, and their fit as if it were white."""
     observations, approaches = recorded(MEMORY)
-    found = colour(observations, fit_nominal(observations), approaches)
+    return observations, approaches, fit_nominal(observations)
+
+
+def test_colour_is_told_by_what_a_fit_leaves(coloured: Coloured) -> None:
+    observations, approaches, fitted = coloured
+    found = colour(observations, fitted, approaches)
     memory = np.exp(-1 / (RATE * found.correlation_time))
     assert found.share * memory == pytest.approx(MEMORY, abs=0.06)
     assert found.std == NOISE
@@ -56,17 +66,16 @@ def test_a_known_colour_stays_as_it_is() -> None:
     assert (found.share, found.correlation_time) == (TRUE.share, TRUE.correlation_time)
 
 
-def test_all_fits_are_made_again_with_the_new_noise() -> None:
-    observations, approaches = recorded(MEMORY)
-    before = [fit_nominal(observations)]
-    after, (again,) = recoloured(observations, before, approaches)
+def test_all_fits_are_made_again_with_the_new_noise(coloured: Coloured) -> None:
+    observations, approaches, fitted = coloured
+    after, (again,) = recoloured(observations, [fitted], approaches)
     assert not after.noise.is_white
     assert 2 * again.objective / observations.n_used == pytest.approx(1.0, abs=0.15)
     assert again.objective == pytest.approx(fit_nominal(after).objective, rel=1e-3)
 
 
-def test_what_no_explanation_fits_says_nothing_of_noise() -> None:
-    observations, approaches = recorded(MEMORY)
+def test_what_no_explanation_fits_says_nothing_of_noise(coloured: Coloured) -> None:
+    observations, approaches, _ = coloured
     wrong = [fit(observations, (), begin(1.3 * RIG.values), warm=True, iterations=0)]
     after, fits = recoloured(observations, wrong, approaches)
     assert after is observations and fits == wrong

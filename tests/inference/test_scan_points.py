@@ -12,7 +12,10 @@ from tests.imagined import NOISE, imagined
 
 @pytest.mark.parametrize(
     ("effect", "parameters"),
-    [("sensor_resonance", (0.01, 2200.0, 0.01)), ("pad_mass", (0.06, 2000.0, 0.02))],
+    [
+        ("sensor_resonance", (0.01, 2200.0, 0.01)),
+        pytest.param("pad_mass", (0.06, 2000.0, 0.02), marks=pytest.mark.long),
+    ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_a_small_oscillation_between_the_starts_is_found(effect: str, parameters: tuple[float, ...]) -> None:

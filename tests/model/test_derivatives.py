@@ -15,6 +15,7 @@ def peak_of(parameters: jax.Array) -> tuple[jax.Array, jax.Array]:
     return peak.f_max, peak.t_max
 
 
+peak_at = jax.jit(peak_of)
 by_reverse = jax.jit(jax.jacrev(peak_of))
 by_forward = jax.jit(jax.jacfwd(peak_of))
 by_both = jax.jit(jax.hessian(peak_of))
@@ -57,6 +58,7 @@ def test_derivatives_match_truth(sample):
         np.testing.assert_allclose(both * second, hessian * second, rtol=0, atol=within)
 
 
+@pytest.mark.long
 def test_everything_is_finite_over_the_box_and_its_edges():
     samples = truth.wide_box(2000, seed=6)
     samples[:200, 1] = 0.0
@@ -82,6 +84,7 @@ def test_float32_derivatives_keep_their_precision():
     assert (error / size)[with_peak].max() < 2e-4
 
 
+@pytest.mark.long
 def test_batch_gradients_equal_those_of_samples():
     rig, impact = batch(truth.wide_box(9000, seed=8))
     of_batch = jax.grad(lambda r, i: find_peaks(r, i).f_max.sum(), argnums=(0, 1))(rig, impact)
@@ -95,6 +98,6 @@ def test_a_stopped_time_would_give_another_hessian():
     from acf_jax.model import contact_force
 
     sample = jnp.array(SAMPLES["underdamped"])
-    t_max = peak_of(sample)[1]
-    stopped = jax.hessian(lambda p: contact_force(Rig(*p[:4]), Impact(*p[4:]), t_max))(sample)
+    t_max = peak_at(sample)[1]
+    stopped = jax.jit(jax.hessian(lambda p: contact_force(Rig(*p[:4]), Impact(*p[4:]), t_max)))(sample)
     assert not np.allclose(by_both(sample)[0], stopped, rtol=1e-2)

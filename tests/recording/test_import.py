@@ -230,7 +230,7 @@ def test_without_a_rig_there_is_a_template(tmp_path):
 KILLED = AT_A_RENAME + "from acf_jax.cli.main import main; main()"
 
 
-@pytest.mark.parametrize("at", [4, 15, 28])
+@pytest.mark.parametrize("at", [4, 15, pytest.param(28, marks=pytest.mark.long)])
 def test_an_import_that_was_killed_is_recovered(tmp_path, at):
     """While it wrote, while the earlier data set was moved aside, while its own was moved in: the rig stays known."""
     path, _ = as_npy(tmp_path)

@@ -63,6 +63,7 @@ def free_port() -> int:
         return int(there.getsockname()[1])
 
 
+@pytest.mark.long
 def test_many_devices_and_processes_train_what_one_trains(small: Path, tmp_path: Path) -> None:
     """Eight devices in one process; and two processes of two devices, which meet over loopback."""
     alone, eight, two = (tmp_path / name for name in ("alone", "eight", "two"))

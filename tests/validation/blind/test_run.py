@@ -49,6 +49,7 @@ def run(tmp_path_factory):
     return out, arguments, blind(*arguments).stdout
 
 
+@pytest.mark.long
 def test_every_answer_is_given_before_the_seal_is_opened(run):
     out, _, printed = run
     seal = json.loads((out / "sets" / "seal.json").read_text())
@@ -60,6 +61,7 @@ def test_every_answer_is_given_before_the_seal_is_opened(run):
     assert not list((out / "sets").rglob("answer*.yaml"))
 
 
+@pytest.mark.long
 def test_the_score_is_better_than_chance_and_complete(run):
     out, _, printed = run
     content = json.loads((out / "results" / "score.json").read_text())
@@ -77,6 +79,7 @@ def test_the_score_is_better_than_chance_and_complete(run):
     assert "src=" not in head and "<link" not in head  # nothing comes from elsewhere
 
 
+@pytest.mark.long
 def test_a_finished_run_is_scored_again_without_work(run):
     out, arguments, _ = run
     before = {f: f.stat().st_mtime for f in (out / "results").glob("case-*/*.json")}
@@ -86,6 +89,7 @@ def test_a_finished_run_is_scored_again_without_work(run):
     assert {f: f.stat().st_mtime for f in before} == before
 
 
+@pytest.mark.long
 def test_a_damaged_diagnosis_is_refused_before_the_answers_are_opened(run, tmp_path):
     """So that it can be made again; and one of a data set that cannot be used stands on the page."""
     shutil.copytree(run[0], tmp_path / "run")
@@ -102,6 +106,7 @@ def test_a_damaged_diagnosis_is_refused_before_the_answers_are_opened(run, tmp_p
     assert "trials.csv: &lt;b&gt;no rows&lt;/b&gt;" in (results / "score.html").read_text()
 
 
+@pytest.mark.long
 def test_data_changed_after_their_diagnosis_are_refused(run, tmp_path):
     """Neither an old diagnosis of other data nor the old fault of mended ones is scored."""
     shutil.copytree(run[0], tmp_path / "run")
@@ -121,6 +126,7 @@ def test_data_changed_after_their_diagnosis_are_refused(run, tmp_path):
         refused(*score)
 
 
+@pytest.mark.long
 def test_held_out_conditions_that_a_trial_had_are_not_scored(run, tmp_path):
     from validation.blind.score import _held_out
 
@@ -137,6 +143,7 @@ def test_held_out_conditions_that_a_trial_had_are_not_scored(run, tmp_path):
     assert _held_out(data, model) == {}
 
 
+@pytest.mark.long
 def test_another_run_in_the_same_folder_is_refused(run):
     out, *_ = run
     with pytest.raises(InputError, match="name another --out"):

@@ -52,6 +52,7 @@ def test_the_other_world_draws_them_too_and_a_foreign_cause():
     assert foreign.outside_library
 
 
+@pytest.mark.long
 def test_equal_arguments_make_equal_files_that_state_the_spread(case, tmp_path):
     write_case(case, tmp_path / "a")
     write_case(make_lifelike(SEED, EFFECTS), tmp_path / "b")

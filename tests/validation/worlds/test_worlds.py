@@ -98,12 +98,13 @@ def test_contact_only_pushes_and_a_sensor_leaves_it_alone(world, name):
 
 @each_world
 def test_any_two_effects_act_together(world):
+    causes = {name: world.draw(name, 1, RIG, 0.5) for name in LIBRARY}
+    each = {name: world.respond(RIG, [cause], IMPACT, TIME).sensed for name, cause in causes.items()}
     for names in combinations(LIBRARY, 2):
-        both = [world.draw(name, 1, RIG, 0.5) for name in names]
-        response = world.respond(RIG, both, IMPACT, TIME)
+        response = world.respond(RIG, [causes[name] for name in names], IMPACT, TIME)
         assert np.isfinite(response.sensed).all() and response.contact.max() > 100.0, names
-        for one in both:
-            alone = world.respond(RIG, [one], IMPACT, TIME).sensed[: response.time.size]
+        for name in names:
+            alone = each[name][: response.time.size]
             assert np.abs(response.sensed[: alone.size] - alone).max() > 0.5, names
 
 
