@@ -1,14 +1,44 @@
-"""What repeats say of all that differs from trial to trial: rings, and triggers."""
+"""What repeats say of all that differs from trial to trial: rings, triggers, and what neither explains."""
 
 from dataclasses import replace
 
+import numpy as np
+
 from acf_jax.inference.observations import TRIGGER, Observations
+from acf_jax.inference.repeats import repeats
 from acf_jax.inference.rings import find_rings
-from acf_jax.inference.trigger import trigger_scatter
+from acf_jax.inference.trigger import UNLIKE, spread_of, trigger_scatter
+
+SETTLED = 1.02  # mean square of what is left over the noise's, at which its size is known well enough
 
 
 def with_scatter(observations: Observations) -> Observations:
-    """The same observations, with the rings and the scatter of the triggers that their own repeats show."""
+    """The same observations, with the rings and the scatter of the triggers that their own repeats show.
+
+    What a quiet sensor reads before contact is the least that the noise can be. Where the repeats of most conditions
+    still differ by far more, they say how well any model of the conditions can do (pure error; Draper and Smith,
+    'Applied Regression Analysis', 1998, ch. 2), and the noise is taken as large as that.
+    """
     loose = replace(observations, trigger_std=TRIGGER, rings=())
     ringing = replace(loose, rings=find_rings(loose))
-    return replace(ringing, trigger_std=trigger_scatter(ringing))
+    scattered = replace(ringing, trigger_std=trigger_scatter(ringing))
+    ratio = _pure_error(scattered)
+    if ratio < UNLIKE:
+        return scattered
+    while ratio > SETTLED:  # beside more noise rings and triggers explain less
+        noise = replace(scattered.noise, std=float(scattered.noise.std * np.sqrt(ratio)))
+        scattered = replace(scattered, noise=noise)
+        ratio = _pure_error(scattered)
+    return scattered
+
+
+def _pure_error(observations: Observations) -> float:
+    """Mean square of what no ring, trigger, velocity or pretension explains of repeats, over the noise's; 1 without.
+
+    The median over the conditions: one faulty trial makes one condition scatter.
+    """
+    found = []
+    for one in repeats(observations):
+        spread = spread_of(one, observations, observations.trigger_std)
+        found.append((float((one.differences**2).sum()) - one.explained(spread)) / one.differences.size)
+    return float(np.median(found)) if found else 1.0

@@ -22,14 +22,19 @@ def trigger_scatter(observations: Observations) -> float:
     the largest one stands.
     """
     total = np.zeros(len(SIZES))
-    for one in repeats(replace(observations, trigger_std=TRIGGER)):
-        spreads = [_spread(one, observations, size) for size in SIZES]
+    loose = replace(observations, trigger_std=TRIGGER)
+    for one in repeats(loose):
+        spreads = [spread_of(one, loose, size) for size in SIZES]
         left = float((one.differences**2).sum()) - one.explained(spreads[-1])  # the largest explains most
         if left < UNLIKE * one.differences.size:
             total += [one.log_likelihood(spread) for spread in spreads]
     return float(SIZES[total >= total.max() - ALLOWED].max())
 
 
-def _spread(one: Repeats, observations: Observations, size: float) -> np.ndarray:
-    scaled = one.changes * np.array([1.0, 1.0, size / TRIGGER])[:, None]
+def spread_of(one: Repeats, observations: Observations, size: float) -> np.ndarray:
+    """(k, n) what scatter of velocity, pretension, a trigger of this size and rings make of a condition's mean trace.
+
+    **Arguments:** `one`: repeats of `observations`. `size`: of the trigger, in sampling intervals.
+    """
+    scaled = one.changes * np.array([1.0, 1.0, size / observations.trigger_std])[:, None]
     return np.concatenate([scaled, one.seen(observations.rings)])
