@@ -24,7 +24,7 @@ from scipy.optimize import minimize
 
 from acf_jax.errors import InputError
 from acf_jax.evidence.learnt import CALIBRATION, LEARNT, Learnt
-from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.marginal import Marginal, read_marginal
 from acf_jax.evidence.posterior import UNKNOWN, posterior
 from acf_jax.files import read_json_mapping, write_text
 from acf_jax.inference.parameters import RIG, Explanation
@@ -61,10 +61,7 @@ def read_cases(run: Path) -> list[Case]:
 
 
 def _case(row: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
-    evidence = [
-        Marginal(tuple(m["effects"]), m["discrepancy"], m["objective"], m["log_occam"], m["strain"])
-        for m in diagnosis["evidence"]
-    ]
+    evidence = [read_marginal(entry) for entry in diagnosis["evidence"]]
     truth = tuple(row["truth"])
     # of a lifelike rig small effects may be named as well
     small = [] if truth == UNKNOWN else row["background"]

@@ -7,7 +7,7 @@ from typing import Any
 
 from acf_jax.dataset import data_sets
 from acf_jax.errors import InputError
-from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.marginal import Marginal, read_marginal
 from acf_jax.files import read_json_mapping
 from validation.blind.answer import ANSWER, DIAGNOSIS, Answer, Class, Failed, read_answer, read_said
 from validation.blind.campaign import WITHHELD
@@ -119,12 +119,7 @@ def _evidence(path: Path) -> tuple[Marginal, ...]:
     again = "diagnose again"
     entries = read_json_mapping(path, again).get("evidence")
     try:
-        return tuple(
-            Marginal(
-                tuple(e["effects"]), e["discrepancy"], e["objective"], e["log_occam"], e.get("strain", 0.0)
-            )
-            for e in entries or ()
-        )
+        return tuple(map(read_marginal, entries or ()))
     except (KeyError, TypeError):
         raise InputError(f"{path}: evidence: is not as this version writes it; {again}") from None
 

@@ -16,9 +16,9 @@ import numpy as np
 from acf_jax.dataset import assess_dataset, read_dataset
 from acf_jax.errors import InputError
 from acf_jax.evidence.marginal import Marginal
-from acf_jax.evidence.posterior import stated
+from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.inference.observations import observe
-from acf_jax.inference.parameters import COMMON, Explanation, parameters
+from acf_jax.inference.parameters import COMMON, Explanation, is_free_curve, parameters
 from benchmarks.peers_diagnosis.cases import Case, Named
 
 Criterion = Callable[[float, int, int], float]  # of objective, parameters, and samples with priors
@@ -57,7 +57,8 @@ def weigh(
     weights = np.exp(-0.5 * (values - values.min()))
     total: dict[Explanation, float] = {}
     for m, weight in zip(fits, (weights / weights.sum()).tolist(), strict=True):
-        total[stated(m.explanation)] = total.get(stated(m.explanation), 0.0) + weight
+        named = UNKNOWN if is_free_curve(m.explanation) else m.explanation
+        total[named] = total.get(named, 0.0) + weight
     return sorted(total.items(), key=lambda item: -item[1])
 
 

@@ -135,7 +135,16 @@ def write_run(run: Path, row: dict[str, object] | None) -> None:
         "shrinkage": {"force": None},
         "parameters": {},
         "excluded_trials": [],
-        "evidence": [{"effects": [], "discrepancy": 0.0, "objective": 9.0, "log_occam": -1.0, "strain": 2.0}],
+        "evidence": [
+            {
+                "effects": [],
+                "discrepancy": 0.0,
+                "objective": 9.0,
+                "log_occam": -1.0,
+                "strain": 2.0,
+                "force_changes_n": [],
+            }
+        ],
     }
     (result / "diagnosis.json").write_text(json.dumps(diagnosis))
     (result / "seconds.txt").write_text("12.5\n")

@@ -6,7 +6,7 @@ from scipy.stats import norm
 
 from acf_jax.evidence.learnt import LEARNT, Learnt, read_calibration
 from acf_jax.evidence.marginal import Marginal
-from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, in_window, log_posterior, posterior
+from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, log_posterior, minor, posterior
 from acf_jax.inference.discrepancy import SIZES
 from acf_jax.inference.parameters import Explanation
 
@@ -84,7 +84,8 @@ def test_the_best_free_curve_is_told_though_a_law_fits_better_by_any_factor() ->
     ]
     found = posterior(rows, PLAIN)
     assert found.scored[0].explanation == UNKNOWN and found.scored[0].probability > 0.99
-    assert found.curve[sensor] == pytest.approx(1.0) and sum(found.curve.values()) == pytest.approx(1.0)
+    curves = found.behind[UNKNOWN]
+    assert curves[sensor] == pytest.approx(1.0) and sum(curves.values()) == pytest.approx(1.0)
     assert max(found.components().items(), key=lambda item: item[1])[0] == "sensor"
     assert found.of(contact) > 0.0  # odds of any two explanations exist
 
@@ -100,15 +101,54 @@ def test_what_is_learnt_is_few_numbers_with_their_origin() -> None:
     assert content["command"] and content["runs"] and len(content["commit"]) == 40
 
 
-def test_laws_that_explain_less_than_they_cost_are_no_answers_of_their_own() -> None:
-    """But a law beside nothing unmodelled is, and so are laws of which no part explains as much."""
-    log_z: dict[Explanation, float] = {
-        (): -3.0,
-        ("gravity",): 0.0,
-        ("gravity", "sensor_lag"): 1.0,
-        ("end_stop", "sensor_lag"): 1.0,
+def _with_changes(rows: dict[Explanation, tuple[float, tuple[float, ...]]]) -> list[Marginal]:
+    return [Marginal(e, 0.0, -z, 0.0, 0.0, changes) for e, (z, changes) in rows.items()]
+
+
+def test_an_explanation_is_stated_by_the_laws_that_matter() -> None:
+    """Small ones that stand in for one another are background, and do not part what is alike but for them."""
+    rows: dict[Explanation, tuple[float, tuple[float, ...]]] = {
+        ("gravity",): (0.0, ()),
+        ("gravity", "sensor_lag"): (8.0, (20.0, 1.0)),
+        ("fixture_mass", "gravity"): (7.0, (1.5, 20.0)),
+        ("coulomb_friction",): (1.0, ()),
     }
-    kept = {m.explanation for m in in_window([Marginal(e, 0.0, -z, 0.0) for e, z in log_z.items()])}
-    assert kept == log_z.keys() - {("gravity", "sensor_lag")}
-    log_z[("gravity", "sensor_lag")] = 20.0
-    assert len(in_window([Marginal(e, 0.0, -z, 0.0) for e, z in log_z.items()])) == 4
+    found = posterior(_with_changes(rows), PLAIN)
+    assert found.scored[0].explanation == GRAVITY
+    apart = posterior([Marginal(e, 0.0, -z, 0.0) for e, (z, _) in rows.items()], PLAIN)
+    assert found.scored[0].probability == pytest.approx(1 - dict(apart.scored)[FRICTION], rel=1e-4)
+    assert found.stated(("gravity", "sensor_lag")) == GRAVITY
+    assert found.of(("gravity", "sensor_lag")) == pytest.approx(
+        dict(apart.scored)[("gravity", "sensor_lag")], rel=1e-3
+    )
+    assert sum(found.behind[GRAVITY].values()) == pytest.approx(1.0)
+
+
+def test_a_small_law_that_nearly_all_explanations_have_is_named() -> None:
+    rows: dict[Explanation, tuple[float, tuple[float, ...]]] = {
+        ("gravity",): (0.0, ()),
+        ("gravity", "sensor_lag"): (40.0, (20.0, 1.0)),
+        ("coulomb_friction", "sensor_lag"): (38.0, (20.0, 1.0)),
+    }
+    found = posterior(_with_changes(rows), PLAIN)
+    assert [s.explanation for s in found.scored[:2]] == [
+        ("gravity", "sensor_lag"),
+        ("coulomb_friction", "sensor_lag"),
+    ]
+
+
+@pytest.mark.parametrize(
+    "changes, small",
+    [
+        ((3.0, 3.0, 3.0), set()),
+        ((10.0, 2.2, 0.1), {"b", "c"}),
+        ((10.0, 2.4, 0.1), {"c"}),  # the largest alone holds less than 95 % of the squares
+        ((0.1, 10.0, 0.0), {"a", "c"}),
+        ((0.0, 0.0, 0.0), set()),
+        ((), set()),
+    ],
+)
+def test_laws_are_minor_beyond_the_largest_that_hold_95_percent(
+    changes: tuple[float, ...], small: set[str]
+) -> None:
+    assert minor(Marginal(("a", "b", "c"), 0.0, 0.0, 0.0, 0.0, changes)) == small

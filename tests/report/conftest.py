@@ -50,6 +50,6 @@ def unknown(diagnosed: Diagnosis) -> Diagnosis:
     d = diagnosed
     curve = next(f for f in d.fits if f.explanation == ("unknown_actuator",))
     probability = tuple(0.98 if f is curve else 0.02 / (len(d.fits) - 1) for f in d.fits)
-    scored = (Scored(UNKNOWN, 0.98), Scored((), 0.02))
-    changes = {"scored": scored, "credible": (UNKNOWN,), "corrected": curve, "indistinguishable": ()}
+    told = diagnosed.told._replace(scored=(Scored(UNKNOWN, 0.98), Scored((), 0.02)))
+    changes = {"told": told, "credible": (UNKNOWN,), "corrected": curve, "indistinguishable": ()}
     return replace(d, verdict="unknown", probability=probability, **changes)

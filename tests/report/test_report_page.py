@@ -143,7 +143,9 @@ def test_each_verdict_has_its_sentence(verdict: str, diagnosed: Diagnosis, tmp_p
 def test_a_class_that_the_trials_cannot_split_is_named_whole(diagnosed: Diagnosis) -> None:
     scored = (Scored(("coulomb_friction",), 0.71), Scored(("gravity",), 0.28), Scored((), 0.01))
     alike = tuple(s.explanation for s in scored[:2])
-    says = verdict(replace(diagnosed, verdict="identified", scored=scored, credible=alike))
+    says = verdict(
+        replace(diagnosed, verdict="identified", told=diagnosed.told._replace(scored=scored), credible=alike)
+    )
     assert says == (
         "Identified: dry friction (71 %) or constant force on the flange (gravity) (28 %), which these trials cannot"
         " tell apart, at the actuator."
@@ -154,7 +156,12 @@ def test_advice_is_of_the_first_explanation_and_says_whether_others_remain(
     diagnosed: Diagnosis, unknown: Diagnosis
 ) -> None:
     scored = (Scored(("coulomb_friction", "sensor_lag"), 0.97), Scored((), 0.03))
-    sure = replace(diagnosed, verdict="identified", scored=scored, credible=(scored[0].explanation,))
+    sure = replace(
+        diagnosed,
+        verdict="identified",
+        told=diagnosed.told._replace(scored=scored),
+        credible=(scored[0].explanation,),
+    )
     assert advice(sure) == (
         "On the machine: clean and lubricate the guide, and check the seals and the alignment of the flange (dry"
         " friction); raise the cut-off frequency of the sensor's filter (sensor lag)."
@@ -162,7 +169,12 @@ def test_advice_is_of_the_first_explanation_and_says_whether_others_remain(
     both = replace(sure, verdict="ambiguous", credible=(scored[0].explanation, ()))
     assert advice(both).startswith("On the machine, if it is the first of these: clean and")
     assert advice(unknown) == "" and advice(replace(sure, verdict="insufficient_data")) == ""
-    assert advice(replace(sure, verdict="no_gap", scored=scored[1:], credible=((),))) == ""
+    assert (
+        advice(
+            replace(sure, verdict="no_gap", told=diagnosed.told._replace(scored=scored[1:]), credible=((),))
+        )
+        == ""
+    )
 
 
 def test_intervals_of_parameters_are_those_of_the_stated_deviations(diagnosed: Diagnosis) -> None:

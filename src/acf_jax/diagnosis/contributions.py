@@ -49,10 +49,11 @@ def contributions(
     component: dict[str, float],
     seed: int,
 ) -> tuple[Contribution, ...]:
-    """The effects of the corrected model, the background, the scatter.
+    """The effects of the first explanation, the background, the scatter.
 
     **Arguments:** `fits`: the recalibrated model first. `held`: predictions of unseen conditions by `recalibrated` and
-    `corrected`. `scored`: an effect's interval begins at zero as far as explanations without it are probable.
+    `corrected`. `scored`: effects of the corrected model that the first does not name are background; an effect's
+    interval begins at zero as far as explanations without it are probable.
     `component`: where an unknown cause acts, told by the free curves.
 
     **Returns:** nothing where there are no traces, where all trials have one condition, or where the recalibrated model
@@ -84,12 +85,18 @@ def contributions(
     of_left[1:] *= forms_elsewhere(RESAMPLES, np.random.default_rng(seed))
     shares = _shares(of_before, of_left, of_floor, of_effects)
     alone = _shares(before, left, floor, by_effect)
-    rms = np.sqrt(alone * before / np.maximum(samples, 1))
     peaks = _peaks(o, after, changes)
-    told = [sum(s.probability for s in scored if name in s.explanation) for name in effects]
+    named = [k for k, name in enumerate(effects) if name in scored[0].explanation]
+    rest, minor = len(effects), [k for k in range(len(effects)) if k not in named]
+    for table in (shares, alone):
+        table[rest] += table[minor].sum(0)
+    peaks[rest] = float(np.sqrt(sum(peaks[k] ** 2 for k in (rest, *minor))))
+    rms = np.sqrt(alone * before / np.maximum(samples, 1))
     result = []
-    for k, name in enumerate((*effects, BACKGROUND, SCATTER)):
-        low, high = _interval(shares[k, 1:], 1 - told[k] if k < len(effects) else 0.0)
+    for k in (*named, rest, rest + 1):
+        name = (*effects, BACKGROUND, SCATTER)[k]
+        told = sum(s.probability for s in scored if name in s.explanation)
+        low, high = _interval(shares[k, 1:], 1 - told if k in named else 0.0)
         value = float(shares[k, 0])
         force = float(np.sqrt(value * before.sum() / samples.sum()))
         where = _component(o, corrected, component) if name == BACKGROUND else None

@@ -1,7 +1,7 @@
 """The whole diagnosis: quality, fits, probabilities, held-out figures, what cannot be told apart, what to do next."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,12 +28,12 @@ from acf_jax.diagnosis.outliers import outliers
 from acf_jax.diagnosis.search import Progress, fit_all, recoloured
 from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, held_out_shrinkage, peak_shrinkage
 from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
-from acf_jax.diagnosis.verdict import judge, stands
+from acf_jax.diagnosis.verdict import judge
 from acf_jax.diagnosis.where import GapMap, gap_map
 from acf_jax.effects import library
 from acf_jax.errors import suggestion
 from acf_jax.evidence.marginal import Marginal
-from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, posterior
+from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored, credible_set, posterior
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations, observe
@@ -56,7 +56,7 @@ class Diagnosis:
     quality: Quality
     observations: Observations
     verdict: str
-    scored: tuple[Scored, ...]
+    told: Posterior  # what is most probable first
     credible: tuple[Explanation, ...]
     component: dict[str, float]
     indistinguishable: tuple[identifiability.Pair, ...]
@@ -80,6 +80,11 @@ class Diagnosis:
     excluded: dict[str, str]
     highest: float  # above which no probability is stated, since data are damaged; 1: none is
     warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def scored(self) -> tuple[Scored, ...]:
+        """The explanations as they are stated, the most probable first."""
+        return self.told.scored
 
 
 def diagnose(
@@ -141,7 +146,7 @@ def diagnose(
     scored, credible = told.scored, credible_set(told.scored)
     probability = np.array([told.of(f.explanation) for f in fits])
     recalibrated = fits[0]
-    corrected = _corrected(fits, probability, scored[0].explanation)
+    corrected = _corrected(fits, probability, told)
 
     progress("holding out one condition after the other")
     measured = measured_peaks(quality, observations)
@@ -162,10 +167,11 @@ def diagnose(
     progress("asking what these trials can tell apart")
     detectability = tuple(identifiability.detectability(observations, recalibrated))
     leader = fits[0] if scored[0].explanation in ((), UNKNOWN) else corrected
-    pairs = (
-        identifiability.confusable(observations, leader, _rivals(fits, leader)) if leader.explanation else []
-    )
-    harmless = same_peaks(observations, recalibrated, [f for f in fits if stands(f, credible)])
+    rivals = [f for f in _rivals(fits, leader) if told.stated(f.explanation) != first.explanation]
+    pairs = identifiability.confusable(observations, leader, rivals) if leader.explanation else []
+    pairs = identifiability.stated(pairs, told)
+    standing = [f for f in fits if told.stated(f.explanation) in credible]
+    harmless = same_peaks(observations, recalibrated, standing)
     verdict = judge(scored, credible, pairs, detectability, observations, harmless)
     floor = _floor(observations, held["corrected"])
     gap = {
@@ -186,7 +192,7 @@ def diagnose(
         quality=quality,
         observations=observations,
         verdict=verdict,
-        scored=tuple(scored),
+        told=told,
         credible=tuple(credible),
         component=component,
         indistinguishable=tuple(pairs),
@@ -208,16 +214,18 @@ def diagnose(
         nominal=nominal,
         corrected=corrected,
         held=held,
-        next_experiment=_next(observations, fits, probability, credible),
+        next_experiment=_next(observations, standing, [told.of(f.explanation) for f in standing], told),
         excluded=excluded,
         highest=highest,
         warnings=(
             *quality.warnings,
             *damage.statements(quality, observations.names, highest),
             *map(_of_ring, observations.rings),
+            *_of_scatter(quality.noise.std, observations.noise.std),
             *filter(None, [strain.statement(strain.strains(recalibrated, observations.prior))]),
             *filter(None, [_doubt(scored[0].explanation, fits, evidence, observations)]),
             *filter(None, [motion.statement(observations, recalibrated)]),
+            *_of_minor(corrected, scored[0].explanation),
             *_of_model(comparison, form["corrected"]),
             *_of_bounds(corrected),
             *([] if validation.is_possible else [ONE_CONDITION]),
@@ -237,13 +245,10 @@ def _fit(
     return recalibrated, fit_all(observations, recalibrated, effects, progress, interim.fitted)
 
 
-def _corrected(fits: Sequence[Fit], probability: np.ndarray, first: Explanation) -> Fit:
-    """The fit behind the most probable explanation: of an unknown cause the best free curve's."""
-    matching = [
-        i
-        for i, f in enumerate(fits)
-        if (is_free_curve(f.explanation) if first == UNKNOWN else f.explanation == first)
-    ]
+def _corrected(fits: Sequence[Fit], probability: np.ndarray, told: Posterior) -> Fit:
+    """The most probable fit behind the most probable explanation: of an unknown cause the best free curve's."""
+    first = told.scored[0].explanation
+    matching = [i for i, f in enumerate(fits) if told.stated(f.explanation) == first]
     return fits[max(matching, key=lambda i: probability[i])]
 
 
@@ -266,14 +271,17 @@ def _floor(observations: Observations, held: HeldOut) -> float | None:
 
 
 def _next(
-    observations: Observations, fits: Sequence[Fit], probability: np.ndarray, credible: Sequence[Explanation]
+    observations: Observations, standing: Sequence[Fit], probability: Sequence[float], told: Posterior
 ) -> Experiment | None:
-    """The trial that best separates the two most probable explanations still standing."""
-    standing = [(f, float(p)) for f, p in zip(fits, probability, strict=True) if stands(f, credible)]
-    if len(standing) < 2:
+    """The trial that best separates the two most probable explanations still standing, each by its best fit."""
+    best: dict[Explanation, tuple[Fit, float]] = {}
+    for fitted, p in sorted(zip(standing, probability, strict=True), key=lambda item: -item[1]):
+        best.setdefault(told.stated(fitted.explanation), (fitted, p))
+    if len(best) < 2:
         return None
-    standing.sort(key=lambda item: -item[1])
-    return propose(observations, standing[0], standing[1])
+    (first, one), (second, other), *_ = best.items()
+    found = propose(observations, one, other)
+    return found and replace(found, separates=(first, second))
 
 
 def _peak_shrinkage(observations: Observations, held: dict[str, HeldOut], seed: int) -> Shrinkage | None:
@@ -299,6 +307,27 @@ def _of_ring(ring: Ring) -> str:
         f"each trial rings at {ring.frequency:.3g} Hz with a size, about {ring.size:.2g} N, and a phase of its own:"
         " no model predicts it, it counts as noise"
     )
+
+
+def _of_scatter(before: float, within: float) -> list[str]:
+    """What is said where repeats differ by more than what is known to scatter; standard deviations of a sample, N."""
+    if within <= before:
+        return []
+    return [
+        f"repeats of a condition differ by {within:.3g} N a sample, {within / before:.0f} times the noise before"
+        " contact, beyond rings, triggers, velocities and pretensions: it counts as noise, and hides every smaller"
+        " cause; find out what differs from trial to trial"
+    ]
+
+
+def _of_minor(corrected: Fit, named: Explanation) -> list[str]:
+    """Which laws of the corrected model are not named."""
+    curve = is_free_curve(corrected.explanation)
+    names = [] if curve else [name for name in corrected.explanation if name not in named]
+    if not names:
+        return []
+    titles = " and ".join(library()[name].title.lower() for name in names)
+    return [f"the corrected model also has {titles}: too small to be told from other laws, so not named"]
 
 
 def _of_model(comparison: claims.Comparison | None, form: float) -> list[str]:

@@ -67,6 +67,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "objective": _round(m.objective, 9),
                 "log_occam": _round(m.log_occam, 7),
                 "strain": _round(m.strain),
+                "force_changes_n": [_round(value) for value in m.changes],
             }
             for m in d.evidence
         ],

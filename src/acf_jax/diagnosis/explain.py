@@ -21,10 +21,11 @@ from acf_jax.diagnosis.proposals import NEAR, PROPOSALS
 from acf_jax.evidence.marginal import Marginal, marginal
 from acf_jax.evidence.posterior import log_posterior
 from acf_jax.inference.baseline import Ground
+from acf_jax.inference.changes import changes
 from acf_jax.inference.discrepancy import SIZES, discrepancy
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, is_free_curve
+from acf_jax.inference.parameters import Explanation, is_free_curve, parameters
 
 SINGLES, SEVERAL = 6, 8  # explanations by one law, and by several, that are fitted beside a discrepancy
 WHOLE = 4  # of those by several, whose parts are, too
@@ -59,7 +60,7 @@ def explain(
     weighed.complete()
     _improve(weighed, effects, weighed.leaders)
     weighed.complete()
-    return list(weighed.plain.values()), weighed.marginals
+    return list(weighed.plain.values()), weighed.with_changes()
 
 
 def _improve(weighed: "_Weighed", effects: Sequence[str], leaders: Callable[[], Sequence[Marginal]]) -> None:
@@ -171,6 +172,26 @@ class _Weighed:
         near = {m.explanation for m in self.marginals if m.log_z > best - HOPELESS}
         for size in NARROWING:
             self._weigh(size, sorted(near - self.known(size)))
+
+    def with_changes(self) -> list[Marginal]:
+        """The evidence of everything; what each law changes about the force, of explanations that are not hopeless."""
+        best: dict[Explanation, Marginal] = {}
+        for m in sorted(self.marginals, key=lambda m: m.log_z):
+            best[m.explanation] = m
+        highest = max(m.log_z for m in best.values())
+        several = [
+            m
+            for m in best.values()
+            if len(m.explanation) > 1 and m.log_z > highest - HOPELESS and not is_free_curve(m.explanation)
+        ]
+        found = in_parallel([partial(self._changes, m) for m in several])
+        of = {m.explanation: value for m, value in zip(several, found, strict=True)}
+        return [m._replace(changes=of.get(m.explanation, ())) for m in self.marginals]
+
+    def _changes(self, m: Marginal) -> tuple[float, ...]:
+        count = len(parameters(m.explanation))
+        physical = self.ends[m.explanation, m.discrepancy].theta[:count]
+        return changes(self.observations[0.0], m.explanation, physical)
 
     def _weigh(self, size: float, explanations: Sequence[Explanation]) -> None:
         """From where each ended beside the nearest size."""

@@ -9,6 +9,7 @@ from scipy.stats import norm
 
 from acf_jax.diagnosis.candidates import best, in_parallel
 from acf_jax.effects import library
+from acf_jax.evidence.posterior import Posterior
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.linear import linearise
@@ -68,6 +69,15 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
         if error > BAYES_ERROR:
             pairs.append(Pair((truth.explanation, other.explanation), error))
     return sorted(pairs, key=lambda p: -p.bayes_error)
+
+
+def stated(pairs: Sequence[Pair], told: Posterior) -> list[Pair]:
+    """Pairs of what was weighed as they are stated, of those that are stated alike the one that is confused most."""
+    found: dict[tuple[Explanation, Explanation], Pair] = {}
+    for pair in pairs:
+        first, second = map(told.stated, pair.effects)
+        found.setdefault((first, second), replace(pair, effects=(first, second)))
+    return list(found.values())
 
 
 def _by_first_strength(name: str) -> list[list[float]]:

@@ -13,11 +13,10 @@ from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.experiment import Experiment
 from acf_jax.diagnosis.verdict import shows_nothing
-from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.files import write_text
 from acf_jax.gap_model import LATEST_S, SCHEMA, GapModel, Lack, Proposed, Variant, Verdict, write_model
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.parameters import delays, is_free_curve, parameters
+from acf_jax.inference.parameters import delays, parameters
 from acf_jax.provenance import PROGRAM
 
 CARRIED = 0.02  # explanations below this probability do not count in the spread of predictions
@@ -50,13 +49,10 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
     """The model that a diagnosis leaves."""
     d = diagnosis
     of = {f.explanation: p for f, p in zip(d.fits, d.probability, strict=True)}
-    unknown_stands = UNKNOWN in d.credible
     standing = [
         f
         for f in d.fits
-        if f is not d.corrected
-        and of[f.explanation] > CARRIED
-        and (f.explanation in d.credible or (is_free_curve(f.explanation) and unknown_stands))
+        if f is not d.corrected and of[f.explanation] > CARRIED and d.told.stated(f.explanation) in d.credible
     ]
     o = d.observations
     return GapModel(

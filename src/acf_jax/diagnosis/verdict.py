@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from acf_jax.diagnosis.identifiability import Detectability, Pair
 from acf_jax.evidence.posterior import UNKNOWN, Scored
 from acf_jax.gap_model import Lack
-from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, is_free_curve
+from acf_jax.inference.parameters import Explanation
 
 DETECTABLE = 3.0  # whitened distance at which an effect of its typical size counts as detectable
 TOO_MANY = (
@@ -47,8 +46,3 @@ def shows_nothing(
         return "traces"
     hidden = sum(d.distance_at_typical < DETECTABLE for d in detectability)
     return "detection" if first == () and hidden > len(detectability) / 2 else None
-
-
-def stands(fitted: Fit, credible: Sequence[Explanation]) -> bool:
-    """Whether a fit belongs to an explanation of the credible set."""
-    return (UNKNOWN if is_free_curve(fitted.explanation) else fitted.explanation) in credible

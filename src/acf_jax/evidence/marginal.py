@@ -7,7 +7,8 @@ any size, on a logarithmic scale, from what can just be told to the largest. The
 form.
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import gammaln, logsumexp
@@ -27,11 +28,27 @@ class Marginal(NamedTuple):
     objective: float
     log_occam: float  # log Z + objective
     strain: float = 0.0  # squared distance of the rig from its prior, in standard deviations
+    changes: tuple[float, ...] = ()  # N RMS, what each law changes about the force; none where not asked
 
     @property
     def log_z(self) -> float:
         """Log marginal likelihood, up to a constant that all explanations share."""
         return self.log_occam - self.objective
+
+
+def read_marginal(entry: Mapping[str, Any]) -> Marginal:
+    """What `diagnosis.json` holds of one under `evidence`.
+
+    **Raises:** `KeyError` where a part is missing.
+    """
+    return Marginal(
+        tuple(entry["effects"]),
+        entry["discrepancy"],
+        entry["objective"],
+        entry["log_occam"],
+        entry["strain"],
+        tuple(entry["force_changes_n"]),
+    )
 
 
 def marginal(fitted: Fit, discrepancy: float = 0.0) -> Marginal:

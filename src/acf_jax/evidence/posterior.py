@@ -5,8 +5,9 @@ are not exact. No model of the data is exact either: neighbouring samples share 
 surer than it is right. It is divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inconsistency
 of Bayesian inference for misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
 
-Laws that explain less than they cost beside others are no answer of their own: they are left out (Occam's window:
-Madigan and Raftery, 'Model selection and accounting for model uncertainty', J. Am. Stat. Assoc. 89, 1994).
+An explanation is stated by the laws that matter. Small ones stand in for one another: of these only those are named
+that are in nearly all explanations, as by the median probability model (Barbieri and Berger, 'Optimal predictive model
+selection', Annals of Statistics 32, 2004). The others are background.
 
 What no explanation has is often refitted into the rig. A rig far from what is known of it therefore speaks for an
 unknown cause, however well the explanation fits (prior-data conflict: Box, 'Sampling and Bayes' inference in scientific
@@ -28,7 +29,7 @@ CREDIBLE = 0.95
 
 
 class Scored(NamedTuple):
-    """An explanation with its probability; the free curves together are `UNKNOWN`."""
+    """An explanation as it is stated, with its probability; the free curves together are `UNKNOWN`."""
 
     explanation: Explanation
     probability: float
@@ -37,16 +38,22 @@ class Scored(NamedTuple):
 class Posterior(NamedTuple):
     """The probabilities of all that was weighed."""
 
-    scored: tuple[Scored, ...]  # explanations, most probable first
-    curve: dict[Explanation, float]  # of an unknown cause: the share of each free curve, alone or beside laws
+    scored: tuple[Scored, ...]  # explanations as they are stated, most probable first
+    behind: dict[
+        Explanation, dict[Explanation, float]
+    ]  # of each, what was weighed: its share of the probability
     discrepancy: dict[
         Explanation, dict[float, float]
     ]  # of each explanation: the probability of each size beside it
 
+    def stated(self, explanation: Explanation) -> Explanation:
+        """How what was weighed is stated."""
+        return next((told for told, shares in self.behind.items() if explanation in shares), explanation)
+
     def of(self, explanation: Explanation) -> float:
-        """Probability of a fitted explanation; a free curve has its share of an unknown cause."""
-        share = self.curve.get(explanation, 0.0) if is_free_curve(explanation) else 1.0
-        return share * dict(self.scored).get(stated(explanation), 0.0)
+        """Probability of what was weighed: its share of what it is stated as."""
+        told = self.stated(explanation)
+        return self.behind.get(told, {}).get(explanation, 0.0) * dict(self.scored).get(told, 0.0)
 
     def components(self) -> dict[str, float]:
         """Probability that a cause acts at each component.
@@ -56,18 +63,13 @@ class Posterior(NamedTuple):
         total = dict.fromkeys(("actuator", "contact", "robot", "sensor"), 0.0)
         for s in self.scored:
             if s.explanation == UNKNOWN:
-                for explanation, share in self.curve.items():
+                for explanation, share in self.behind.get(UNKNOWN, {}).items():
                     _, (curve,) = split(explanation)
                     total[component_of(curve)] += share * s.probability
             else:
                 for component in {component_of(name) for name in s.explanation}:
                     total[component] += s.probability
         return total
-
-
-def stated(explanation: Explanation) -> Explanation:
-    """An explanation as it is stated: a free curve is an unknown cause, alone or beside laws."""
-    return UNKNOWN if is_free_curve(explanation) else explanation
 
 
 def cost(explanation: Explanation, learnt: Learnt = LEARNT) -> float:
@@ -94,51 +96,63 @@ def hidden(m: Marginal, learnt: Learnt = LEARNT) -> float:
     return float(expit(log_odds))
 
 
-def in_window(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> list[Marginal]:
-    """Those of explanations of which no part, that names a law, is more probable.
-
-    That nothing is unmodelled is no such part: it is another answer.
-    """
-    best: dict[Explanation, float] = {}
-    for m, value in zip(marginals, log_posterior(marginals, learnt).tolist(), strict=True):
-        best[m.explanation] = max(value, best.get(m.explanation, -np.inf))
-    laws = {e: value for e, value in best.items() if e and not is_free_curve(e)}
-    outside = {
-        whole
-        for whole, value in laws.items()
-        if any(set(part) < set(whole) and more > value for part, more in laws.items())
-    }
-    return [m for m in marginals if m.explanation not in outside]
-
-
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
-    marginals = in_window(marginals, learnt)
     log_p = log_posterior(marginals, learnt)
-    p = np.exp(log_p - log_p.max())
+    p = softmax(log_p)
+    told = _as_stated(marginals, p)
     beside: dict[Explanation, dict[float, float]] = {}
     tiny = float(np.finfo(float).tiny)
-    for m, value in zip(marginals, (p / p.sum()).tolist(), strict=True):
+    for m, value in zip(marginals, p.tolist(), strict=True):
         unknown = value * hidden(m, learnt)
-        for explanation, part in ((stated(m.explanation), value - unknown), (UNKNOWN, unknown)):
+        for explanation, part in ((told[m.explanation], value - unknown), (UNKNOWN, unknown)):
             sizes = beside.setdefault(explanation, {})
             sizes[m.discrepancy] = sizes.get(m.discrepancy, tiny) + part
     total = {e: sum(sizes.values()) for e, sizes in beside.items()}
     return Posterior(
         ranked(total),
-        _among_curves(marginals, log_p),
+        _behind(marginals, log_p, told),
         {e: {size: value / total[e] for size, value in sizes.items()} for e, sizes in beside.items()},
     )
 
 
-def _among_curves(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, float]:
-    """The share of each free curve in an unknown cause, also where a law is more probable than all by any factor."""
-    log_share: dict[Explanation, float] = {}
+def _as_stated(marginals: Sequence[Marginal], p: np.ndarray) -> dict[Explanation, Explanation]:
+    """How each explanation is stated: free curves, alone or beside laws, as an unknown cause."""
+    inside: dict[str, float] = {}
+    for m, value in zip(marginals, p.tolist(), strict=True):
+        for name in m.explanation:
+            inside[name] = inside.get(name, 0.0) + value
+    sure = {name for name, value in inside.items() if value >= CREDIBLE}
+    return {
+        m.explanation: UNKNOWN
+        if is_free_curve(m.explanation)
+        else tuple(name for name in m.explanation if name in sure or name not in minor(m))
+        for m in marginals
+    }
+
+
+def minor(m: Marginal) -> set[str]:
+    """The laws of an explanation that are small: all but the largest that hold 95 % of the laws' mean squares."""
+    squares = np.square(m.changes)
+    order = np.argsort(-squares, kind="stable")
+    before = np.cumsum(squares[order]) - squares[order]
+    enough = CREDIBLE * squares.sum()
+    return {m.explanation[k] for k, larger in zip(order, before, strict=True) if 0 < enough <= larger}
+
+
+def _behind(
+    marginals: Sequence[Marginal], log_p: np.ndarray, told: dict[Explanation, Explanation]
+) -> dict[Explanation, dict[Explanation, float]]:
+    """The shares of what is stated alike, also where something else is more probable by any factor."""
+    log_shares: dict[Explanation, dict[Explanation, float]] = {}
     for m, value in zip(marginals, log_p.tolist(), strict=True):
-        if is_free_curve(m.explanation):
-            log_share[m.explanation] = float(np.logaddexp(log_share.get(m.explanation, -np.inf), value))
-    shares = np.maximum(softmax(list(log_share.values())), np.finfo(float).tiny) if log_share else np.empty(0)
-    return dict(zip(log_share, shares.tolist(), strict=True))
+        of = log_shares.setdefault(told[m.explanation], {})
+        of[m.explanation] = float(np.logaddexp(of.get(m.explanation, -np.inf), value))
+    tiny = np.finfo(float).tiny
+    return {
+        stated: dict(zip(of, np.maximum(softmax(list(of.values())), tiny).tolist(), strict=True))
+        for stated, of in log_shares.items()
+    }
 
 
 def ranked(total: dict[Explanation, float]) -> tuple[Scored, ...]:

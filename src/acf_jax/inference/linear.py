@@ -71,13 +71,21 @@ def residual(
     observations: Observations, explanation: Explanation, theta: np.ndarray, nuisance: np.ndarray, grid: Grid
 ) -> np.ndarray:
     """(trials, n) the whitened residual alone, of parameters in SI units: a fraction of the time of `linearise`."""
-    o, count = observations, len(parameters(explanation))
-    common = theta[count:]
+    o = observations
+    with np.errstate(over="ignore", invalid="ignore"):
+        left, _ = _left(o, predict(o, explanation, theta, nuisance, grid))
+        return o.whiten((left * o.weighed)[:, None])[:, 0]
+
+
+def predict(
+    observations: Observations, explanation: Explanation, theta: np.ndarray, nuisance: np.ndarray, grid: Grid
+) -> np.ndarray:
+    """(trials, n) N, the force alone, of parameters in SI units."""
+    o, common = observations, theta[len(parameters(explanation)) :]
     forces = _forces(o, explanation, theta, nuisance, grid)
     with np.errstate(over="ignore", invalid="ignore"):
         near, weight, _ = taps(_times(o, forces, common, nuisance, grid.h), grid.h, forces.contact)
-        predicted = combine(forces.rows[:, :1], near, weight)[:, 0] + _beside_motion(o, common, nuisance)
-        return o.whiten((_left(o, predicted)[0] * o.weighed)[:, None])[:, 0]
+        return combine(forces.rows[:, :1], near, weight)[:, 0] + _beside_motion(o, common, nuisance)
 
 
 def _forces(
