@@ -1,6 +1,7 @@
 """What can be asked of a model: the answers are those of the commands, and so are the warnings."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -61,7 +62,10 @@ def test_the_verdict_is_that_of_the_command(capsys):
     assert found.document() == said and found.is_allowed and found.verdict == "allowed"
     assert found.highest_speed == said["highest_allowed_velocity_m_per_s"] > 0.2
     assert repr(found).startswith("Allowed: Palm") and "does not replace a measurement" in repr(found)
-    assert '<strong class="good">Allowed</strong>' in found._repr_html_()
+    html = found._repr_html_()
+    assert '<strong class="good">Allowed</strong>' in html
+    (shown,) = re.findall(r"by this model: (.*)", repr(found))  # rounded down, and what ends there
+    assert shown in html.replace("\xa0", " ") and float(shown.split()[0]) <= found.highest_speed
     open_end = model.check("palm", v=0.2, f_p=60)
     assert open_end.verdict == "not decidable" and not open_end.is_allowed
     assert any("how the contact ends" in reason for reason in open_end.reasons)

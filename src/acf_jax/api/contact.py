@@ -10,7 +10,7 @@ from acf_jax.api._values import not_numbers, path_of, plain
 from acf_jax.api.source import ModelLike, Source, source_of
 from acf_jax.contact.ending import make_ending
 from acf_jax.errors import InputError
-from acf_jax.report.check_text import document, text
+from acf_jax.report.check_text import document, highest_said, text
 from acf_jax.report.markup import bullets, details, element, join, table
 from acf_jax.safety.check import Answer, Checker, Verdict
 from acf_jax.safety.limits import BodyArea, Limits, read_limits
@@ -82,7 +82,10 @@ class Check:
             (f"not exceeded with a confidence of {self.checker.confidence:g}", _newtons(a.upper)),
             ("limit", _newtons(a.force_limit)),
             ("pressure", told["pressure_verdict"]),
-            ("highest velocity allowed", _speed(told["highest_allowed_velocity_m_per_s"])),
+            (
+                "highest velocity allowed",
+                highest_said(self.highest_speed, told["highest_allowed_velocity_ended_by"]),
+            ),
             ("decided by", a.decided_by),
         ]
         return join(
@@ -174,7 +177,3 @@ def _checker(source: Source, confidence: float, exact: bool) -> Checker:
 
 def _newtons(value: float | None) -> str:
     return "not known" if value is None else f"{value:.1f} N"
-
-
-def _speed(value: float | None) -> str:
-    return "none" if value is None else f"{value:.3f} m/s"

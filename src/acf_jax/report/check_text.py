@@ -12,7 +12,7 @@ from acf_jax.files import read_text
 from acf_jax.safety.situation import OF_ENDING, OF_VERDICT
 
 if TYPE_CHECKING:
-    from acf_jax.safety.check import Answer, Checker, HighestSpeed
+    from acf_jax.safety.check import Answer, Checker
     from acf_jax.safety.limits import Limits
 
 NO_AREA = "not decided"
@@ -40,7 +40,7 @@ def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
             lines.append(f"  lasting  {a.lasting:.1f} N expected once the robot has stopped, F_P + k_F x")
         lines.append(f"  pressure {_pressure(a)}")
         until = "" if s.ending.is_known else ", however long it lasts"
-        highest = _highest(checker.highest_speed(s))
+        highest = highest_said(*checker.highest_speed(s))
         lines.append(f"  highest velocity allowed here{until}, by this model: {highest}")
         lines.append(f"  ISO/TS 15066's own formula: {_standard(a)}")
         lines.append(f"  decided by the {a.decided_by}; limits of {limits.source}")
@@ -49,13 +49,12 @@ def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
     return "\n".join([*lines, STATEMENT])
 
 
-def _highest(found: "HighestSpeed") -> str:
-    if found.v is None:
+def highest_said(v: float | None, ended_by: str | None) -> str:
+    """The highest velocity at which a contact is allowed, in words; arguments as of `HighestSpeed`."""
+    if v is None:
         return "none"
-    speed = f"{math.floor(found.v * 1e3) / 1e3:.3f} m/s"  # not rounded up: what is shown is allowed
-    return (
-        speed if found.ended_by == "verdict" else f"{speed} and perhaps more, the {found.ended_by} ends there"
-    )
+    speed = f"{math.floor(v * 1e3) / 1e3:.3f} m/s"  # not rounded up: what is shown is allowed
+    return speed if ended_by == "verdict" else f"{speed} and perhaps more, the {ended_by} ends there"
 
 
 def _pressure(a: "Answer") -> str:
