@@ -236,6 +236,7 @@ def test_a_model_without_a_peak_is_not_feasible() -> None:
     assert {r.name: r.needed > r.now for r in found.remedies} == {"d": False, "k_c": True}
 
 
+@pytest.mark.long
 def test_corrected_model_and_surrogate_are_designed_with_alike() -> None:
     corrected = of_diagnosis(gap_model())
     found = solved(corrected, {"v_e": (0.05, 0.35)}, {"f_p": 70.0}, "fastest", 110.0, 0.95, draws=400)

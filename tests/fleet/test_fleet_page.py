@@ -155,6 +155,7 @@ def page() -> str:
     return fleet_page(now, trends)
 
 
+@pytest.mark.long
 def test_the_page_in_a_browser(page: str, tmp_path: Path) -> None:
     """Offline, on a phone in the dark: fits, sorts, runs nothing that a name brings along."""
     sync_api = need_module("playwright.sync_api", "pip install playwright")

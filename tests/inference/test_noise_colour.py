@@ -66,6 +66,7 @@ def test_a_known_colour_stays_as_it_is() -> None:
     assert (found.share, found.correlation_time) == (TRUE.share, TRUE.correlation_time)
 
 
+@pytest.mark.long
 def test_all_fits_are_made_again_with_the_new_noise(coloured: Coloured) -> None:
     observations, approaches, fitted = coloured
     after, (again,) = recoloured(observations, [fitted], approaches)

@@ -107,6 +107,7 @@ def test_every_part_counts_in_what_tells_fits_apart() -> None:
     assert digest((np.arange(3.0), RIG)) == digest((np.arange(3.0), replace(RIG)))
 
 
+@pytest.mark.long
 def test_a_diagnosis_that_was_interrupted_goes_on(
     searched: list[tuple[str, ...]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
