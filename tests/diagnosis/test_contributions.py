@@ -70,6 +70,12 @@ def test_two_effects_share_what_they_explain(diagnosed: Diagnosis) -> None:
     by_name = {c.name: c for c in found}
     assert by_name["gravity"].share == pytest.approx(d.contributions[0].share, abs=0.1)
     assert by_name["sensor_scale"].share < 0.1
+    gravity, background, scatter = contributions(
+        d.observations, recalibrated, two, d.held, [Scored(("gravity",), 1.0)], d.component, 0
+    )
+    assert background.name == BACKGROUND and scatter == by_name[SCATTER]  # what is not named is background
+    not_named = by_name[BACKGROUND].share + by_name["sensor_scale"].share
+    assert (gravity.share, background.share) == pytest.approx((by_name["gravity"].share, not_named))
 
 
 def test_an_unknown_cause_is_all_background(diagnosed: Diagnosis) -> None:

@@ -9,10 +9,13 @@ import pytest
 from acf_jax.dataset import LowPass, Measurement, Noise
 from acf_jax.diagnosis import identifiability
 from acf_jax.diagnosis.candidates import fit_nominal
+from acf_jax.diagnosis.identifiability import Pair, stated
 from acf_jax.diagnosis.plan import imagine, plan
 from acf_jax.effects import library
+from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.posterior import posterior
 from acf_jax.inference.fit import fit
-from acf_jax.inference.parameters import begin, every_effect
+from acf_jax.inference.parameters import Explanation, begin, every_effect
 from tests.imagined import CONDITIONS, NOISE, RATE, RIG, imagined
 
 
@@ -67,3 +70,16 @@ def test_what_is_planned_ends_at_the_range_and_lies_behind_the_filter() -> None:
     # one sample in thirty is left, and next to nothing of a ring at several hundred hertz
     assert np.sqrt(30) < slow["gravity"] / free["gravity"] < 30
     assert slow["sensor_resonance"] / free["sensor_resonance"] > 4 * slow["gravity"] / free["gravity"]
+
+
+def test_pairs_are_stated_by_the_laws_that_matter() -> None:
+    """Two that differ in a small law alone are one pair, with the error of those that are confused most."""
+    laws: dict[Explanation, tuple[float, ...]] = {
+        ("gravity", "sensor_lag"): (20.0, 1.0),
+        ("coulomb_friction", "sensor_lag"): (20.0, 1.0),
+        ("coulomb_friction", "sensor_scale"): (20.0, 1.0),
+    }
+    told = posterior([Marginal(e, 0.0, 0.0, 0.0, 0.0, changes) for e, changes in laws.items()])
+    first, second, third = laws
+    (pair,) = stated([Pair((first, second), 0.4), Pair((first, third), 0.2)], told)
+    assert pair == Pair((("gravity",), ("coulomb_friction",)), 0.4)
