@@ -95,8 +95,8 @@ def contributions(
     result = []
     for k in (*named, rest, rest + 1):
         name = (*effects, BACKGROUND, SCATTER)[k]
-        told = sum(s.probability for s in scored if name in s.explanation)
-        low, high = _interval(shares[k, 1:], 1 - told if k in named else 0.0)
+        absent = 1 - sum(s.probability for s in scored if name in s.explanation) if k in named else 0.0
+        low, high = _interval(shares[k, 1:], absent)
         value = float(shares[k, 0])
         force = float(np.sqrt(value * before.sum() / samples.sum()))
         where = _component(o, corrected, component) if name == BACKGROUND else None

@@ -214,7 +214,7 @@ def diagnose(
         nominal=nominal,
         corrected=corrected,
         held=held,
-        next_experiment=_next(observations, standing, [told.of(f.explanation) for f in standing], told),
+        next_experiment=_next(observations, standing, told),
         excluded=excluded,
         highest=highest,
         warnings=(
@@ -270,13 +270,11 @@ def _floor(observations: Observations, held: HeldOut) -> float | None:
     return float(np.sqrt(held.floor[used].mean())) if used.any() else None
 
 
-def _next(
-    observations: Observations, standing: Sequence[Fit], probability: Sequence[float], told: Posterior
-) -> Experiment | None:
+def _next(observations: Observations, standing: Sequence[Fit], told: Posterior) -> Experiment | None:
     """The trial that best separates the two most probable explanations still standing, each by its best fit."""
     best: dict[Explanation, tuple[Fit, float]] = {}
-    for fitted, p in sorted(zip(standing, probability, strict=True), key=lambda item: -item[1]):
-        best.setdefault(told.stated(fitted.explanation), (fitted, p))
+    for fitted in sorted(standing, key=lambda f: -told.of(f.explanation)):
+        best.setdefault(told.stated(fitted.explanation), (fitted, told.of(fitted.explanation)))
     if len(best) < 2:
         return None
     (first, one), (second, other), *_ = best.items()

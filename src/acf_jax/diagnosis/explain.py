@@ -168,25 +168,22 @@ class _Weighed:
 
     def complete(self) -> None:
         """Weigh beside every size, and alone, what is not hopeless."""
-        best = max(m.log_z for m in self.marginals)
-        near = {m.explanation for m in self.marginals if m.log_z > best - HOPELESS}
+        near = self._best_of_each().keys()
         for size in NARROWING:
             self._weigh(size, sorted(near - self.known(size)))
 
     def with_changes(self) -> list[Marginal]:
         """The evidence of everything; what each law changes about the force, of explanations that are not hopeless."""
-        best: dict[Explanation, Marginal] = {}
-        for m in sorted(self.marginals, key=lambda m: m.log_z):
-            best[m.explanation] = m
-        highest = max(m.log_z for m in best.values())
-        several = [
-            m
-            for m in best.values()
-            if len(m.explanation) > 1 and m.log_z > highest - HOPELESS and not is_free_curve(m.explanation)
-        ]
-        found = in_parallel([partial(self._changes, m) for m in several])
-        of = {m.explanation: value for m, value in zip(several, found, strict=True)}
+        best = self._best_of_each()
+        several = [e for e in best if len(e) > 1 and not is_free_curve(e)]
+        found = in_parallel([partial(self._changes, best[e]) for e in several])
+        of = dict(zip(several, found, strict=True))
         return [m._replace(changes=of.get(m.explanation, ())) for m in self.marginals]
+
+    def _best_of_each(self) -> dict[Explanation, Marginal]:
+        """Of each explanation that is not hopeless the evidence beside the size that suits it best."""
+        ranked = sorted(self.marginals, key=lambda m: m.log_z)
+        return {m.explanation: m for m in ranked if m.log_z > ranked[-1].log_z - HOPELESS}
 
     def _changes(self, m: Marginal) -> tuple[float, ...]:
         count = len(parameters(m.explanation))

@@ -123,12 +123,12 @@ def _as_stated(marginals: Sequence[Marginal], p: np.ndarray) -> dict[Explanation
         for name in m.explanation:
             inside[name] = inside.get(name, 0.0) + value
     sure = {name for name, value in inside.items() if value >= CREDIBLE}
-    return {
-        m.explanation: UNKNOWN
-        if is_free_curve(m.explanation)
-        else tuple(name for name in m.explanation if name in sure or name not in minor(m))
-        for m in marginals
-    }
+
+    def named(m: Marginal) -> Explanation:
+        background = minor(m) - sure
+        return tuple(name for name in m.explanation if name not in background)
+
+    return {m.explanation: UNKNOWN if is_free_curve(m.explanation) else named(m) for m in marginals}
 
 
 def minor(m: Marginal) -> set[str]:

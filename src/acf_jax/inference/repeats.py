@@ -35,6 +35,10 @@ class Repeats(NamedTuple):
         inner, on = _inner(spread), spread @ self.differences.T
         return float((on * np.linalg.solve(inner, on)).sum())
 
+    def left(self, spread: np.ndarray) -> float:
+        """Chi-square of a sample that scatter does not take; arguments as of `explained`."""
+        return (float((self.differences**2).sum()) - self.explained(spread)) / self.differences.size
+
     def log_likelihood(self, spread: np.ndarray) -> float:
         """Of the differences with that scatter, up to a constant."""
         volume = float(np.linalg.slogdet(_inner(spread))[1])

@@ -37,8 +37,6 @@ def _pure_error(observations: Observations) -> float:
 
     The median over the conditions: one faulty trial makes one condition scatter.
     """
-    found = []
-    for one in repeats(observations):
-        spread = spread_of(one, observations, observations.trigger_std)
-        found.append((float((one.differences**2).sum()) - one.explained(spread)) / one.differences.size)
+    o = observations
+    found = [one.left(spread_of(one, o, o.trigger_std)) for one in repeats(o)]
     return float(np.median(found)) if found else 1.0

@@ -25,8 +25,7 @@ def trigger_scatter(observations: Observations) -> float:
     loose = replace(observations, trigger_std=TRIGGER)
     for one in repeats(loose):
         spreads = [spread_of(one, loose, size) for size in SIZES]
-        left = float((one.differences**2).sum()) - one.explained(spreads[-1])  # the largest explains most
-        if left < UNLIKE * one.differences.size:
+        if one.left(spreads[-1]) < UNLIKE:  # the largest explains most
             total += [one.log_likelihood(spread) for spread in spreads]
     return float(SIZES[total >= total.max() - ALLOWED].max())
 
