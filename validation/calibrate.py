@@ -24,7 +24,7 @@ from scipy.optimize import minimize
 
 from acf_jax.errors import InputError
 from acf_jax.evidence.learnt import CALIBRATION, LEARNT, Learnt
-from acf_jax.evidence.marginal import Marginal, read_marginal
+from acf_jax.evidence.marginal import Marginal, read_evidence
 from acf_jax.evidence.posterior import UNKNOWN, posterior
 from acf_jax.files import read_json_mapping, write_text
 from acf_jax.inference.parameters import RIG, Explanation
@@ -55,13 +55,10 @@ def read_cases(run: Path) -> list[Case]:
     again = f"finish `python -m acf_jax blind --out {run}` first"
     rows = read_json_mapping(run / "results" / "score.json", again)["rows"]
     told = [row for row in rows if "error" not in row]
-    return [
-        _case(row, read_json_mapping(run / "results" / row["set"] / "diagnosis.json", again)) for row in told
-    ]
+    return [_case(row, read_evidence(run / "results" / row["set"] / "diagnosis.json")) for row in told]
 
 
-def _case(row: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
-    evidence = [read_marginal(entry) for entry in diagnosis["evidence"]]
+def _case(row: dict[str, Any], evidence: Sequence[Marginal]) -> Case:
     truth = tuple(row["truth"])
     # of a lifelike rig small effects may be named as well
     small = [] if truth == UNKNOWN else row["background"]

@@ -7,7 +7,7 @@ from typing import Any
 
 from acf_jax.dataset import data_sets
 from acf_jax.errors import InputError
-from acf_jax.evidence.marginal import Marginal, read_marginal
+from acf_jax.evidence.marginal import Marginal, read_evidence
 from acf_jax.files import read_json_mapping
 from validation.blind.answer import ANSWER, DIAGNOSIS, Answer, Class, Failed, read_answer, read_said
 from validation.blind.campaign import WITHHELD
@@ -83,7 +83,7 @@ def read_cases(sets: Path, results: Path, kind: str = "") -> list[Case]:
                     withheld=str(withheld.get(name, "")),
                     classes=said.indistinguishable,
                     ours=Named(scored, _seconds(results / name / "seconds.txt")),
-                    evidence=_evidence(results / name / DIAGNOSIS),
+                    evidence=read_evidence(results / name / DIAGNOSIS),
                 )
             )
     if not cases:
@@ -113,15 +113,6 @@ def _rows(sets: Path, results: Path) -> Sequence[dict[str, Any]]:
 def _kind(row: dict[str, Any]) -> str:
     is_plain_unknown = row["truth"] == UNKNOWN and row["kind"] != "lifelike"
     return "unknown" if is_plain_unknown else str(row["kind"])
-
-
-def _evidence(path: Path) -> tuple[Marginal, ...]:
-    again = "diagnose again"
-    entries = read_json_mapping(path, again).get("evidence")
-    try:
-        return tuple(map(read_marginal, entries or ()))
-    except (KeyError, TypeError):
-        raise InputError(f"{path}: evidence: is not as this version writes it; {again}") from None
 
 
 def _seconds(path: Path) -> float:

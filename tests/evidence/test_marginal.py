@@ -1,12 +1,14 @@
 """Marginal likelihoods, against a nested sampler and against plain integration."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from acf_jax.evidence.marginal import SIZES, _of_size, marginal
+from acf_jax.errors import InputError
+from acf_jax.evidence.marginal import SIZES, _of_size, marginal, read_evidence
 from acf_jax.inference.discrepancy import discrepancy
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Discrepancy, Observations
@@ -102,3 +104,14 @@ def test_the_waves_are_fast_right_after_contact_alone(few: Observations) -> None
     time = few.time[0][few.used[0]]
     turns = time[np.flatnonzero(np.diff(np.sign(wave)))]
     assert (turns < 0.2 * time.max()).sum() > 0.25 * len(turns)
+
+
+def test_evidence_of_another_version_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "diagnosis.json"
+    file.write_text(
+        '{"evidence": [{"effects": ["gravity"], "discrepancy": 0.0, "objective": 9.0, "log_occam": -1.0}]}'
+    )
+    with pytest.raises(InputError, match=r"diagnosis.json: evidence: .*; diagnose again"):
+        read_evidence(file)
+    file.write_text("{}")
+    assert read_evidence(file) == ()

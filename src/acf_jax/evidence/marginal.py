@@ -7,12 +7,14 @@ any size, on a logarithmic scale, from what can just be told to the largest. The
 form.
 """
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import gammaln, logsumexp
 
+from acf_jax.errors import InputError
+from acf_jax.files import read_json_mapping
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.linear import normal_equations
 from acf_jax.inference.parameters import RIG, Explanation, every_effect
@@ -36,19 +38,26 @@ class Marginal(NamedTuple):
         return self.log_occam - self.objective
 
 
-def read_marginal(entry: Mapping[str, Any]) -> Marginal:
-    """What `diagnosis.json` holds of one under `evidence`.
+def read_evidence(path: Path) -> tuple[Marginal, ...]:
+    """What a diagnosis.json holds under `evidence`; nothing where it has none.
 
-    **Raises:** `KeyError` where a part is missing.
+    **Raises:** `InputError` where it cannot be read, or another version wrote it.
     """
-    return Marginal(
-        tuple(entry["effects"]),
-        entry["discrepancy"],
-        entry["objective"],
-        entry["log_occam"],
-        entry["strain"],
-        tuple(entry["force_changes_n"]),
-    )
+    content = read_json_mapping(path, "diagnose again")
+    try:
+        return tuple(
+            Marginal(
+                tuple(entry["effects"]),
+                entry["discrepancy"],
+                entry["objective"],
+                entry["log_occam"],
+                entry["strain"],
+                tuple(entry["force_changes_n"]),
+            )
+            for entry in content.get("evidence") or ()
+        )
+    except (KeyError, TypeError):
+        raise InputError(f"{path}: evidence: is not as this version writes it; diagnose again") from None
 
 
 def marginal(fitted: Fit, discrepancy: float = 0.0) -> Marginal:
