@@ -97,7 +97,7 @@ def no_numbers(value: Any, where: str = "result", depth: int = 0) -> Iterator[st
 
 @contextmanager
 def _at_most(seconds: int) -> Iterator[None]:
-    """`Hang` after so much processor time, or `PATIENCE` times as long by the clock; code that is not Python's ends it all."""
+    """`Hang` after so much processor time, or much more by the clock; code that is not Python's ends it all."""
 
     def stop(number: int, frame: FrameType | None) -> None:
         raise Hang(f"not read within {seconds} s")

@@ -49,3 +49,14 @@ def test_derivatives_are_those_of_jax(name: str) -> None:
     scale = np.abs(slopes).max(axis=1)[:, :, None]
     assert (scale > 0).any(axis=0).all()  # every parameter matters
     assert (np.abs(forces.tangents - slopes.swapaxes(1, 2)) <= 1e-9 * scale).all()
+
+
+def test_an_effect_of_the_program_without_strength_changes_nothing() -> None:
+    own, wider = ("gravity",), ("gravity", "pad_mass")
+    theta = np.array([*RIG, 8.0])
+    alone = forward(own, theta, V_E, F_P, GRID)
+    within = forward(own, theta, V_E, F_P, GRID._replace(program=wider))
+    assert within.rows.shape == alone.rows.shape
+    scale = np.abs(alone.rows).max(axis=(0, 2))[:, None]
+    assert (np.abs(within.rows - alone.rows) <= 1e-9 * scale).all()
+    np.testing.assert_allclose(within.contact, alone.contact, rtol=0, atol=1e-9 * alone.contact.max())

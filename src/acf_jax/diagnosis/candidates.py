@@ -29,7 +29,14 @@ def fit_nominal(observations: Observations) -> Fit:
 
 
 def fit_single(ground: Ground, name: str) -> Fit:
-    """One effect or free curve added to the paper's model, whose fit is the `ground`: the best of its starts.
+    """One effect or free curve added to the paper's model, whose fit is the `ground`: glances, carried on."""
+    return best(go_on(ground.observations, glance) for glance in glances(ground, name))
+
+
+def glances(ground: Ground, name: str) -> list[Fit]:
+    """Short fits of one effect or free curve added to the paper's model, whose fit is the `ground`.
+
+    Of an effect the best of its starts, of a free curve each: how well it does shows late.
 
     An effect's own starts begin at the rig's prior, and one more at the recalibrated model with the strength that
     explains most of what it leaves, and as it was looked for, where that is none of the starts. Where it leaves little,
@@ -45,9 +52,8 @@ def fit_single(ground: Ground, name: str) -> Fit:
             for start in (*map(np.ndarray.tolist, promise.begins), promise.start):
                 if start not in (*begins, *near):  # what is scaled is often what explains most as it is
                     near = [*near, start]
-    else:
-        far, near = begins[:1], [promise.start]
-    return best(_fits_from(ground, name, far, near, ITERATIONS))
+        return [best(_glances_from(ground, name, far, near))]
+    return _glances_from(ground, name, begins[:1], [promise.start])
 
 
 def fit_further(ground: Ground, fitted: Fit) -> Fit:
@@ -59,7 +65,7 @@ def fit_further(ground: Ground, fitted: Fit) -> Fit:
     (name,) = fitted.explanation
     begins = starts(name, ground.observations.measures)
     far, near = ([], begins) if _leaves_little(ground) else (begins, [])
-    ahead = best(_fits_from(ground, name, far, near, GLANCE))
+    ahead = best(_glances_from(ground, name, far, near))
     return best([fitted, go_on(ground.observations, ahead)])
 
 
@@ -67,18 +73,14 @@ def _leaves_little(ground: Ground) -> bool:
     return 2 * ground.fitted.objective < LITTLE * ground.observations.n_used
 
 
-def _fits_from(
-    ground: Ground,
-    name: str,
-    far: Sequence[Sequence[float]],
-    near: Sequence[Sequence[float]],
-    iterations: int,
+def _glances_from(
+    ground: Ground, name: str, far: Sequence[Sequence[float]], near: Sequence[Sequence[float]]
 ) -> list[Fit]:
-    """Fits of one effect or free curve from starts at the rig's prior (`far`) and the recalibrated model (`near`)."""
+    """Short fits of one effect or free curve from starts at the prior (`far`) and the recalibrated rig (`near`)."""
     observations, nominal = ground.observations, ground.fitted
     at_prior = [begin(observations.prior.values, start) for start in far]
     at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.common]) for start in near]
-    fit_it = partial(fit, observations, (name,), iterations=iterations, tolerance=_tolerance((name,)))
+    fit_it = partial(fit, observations, (name,), iterations=GLANCE, tolerance=_tolerance((name,)))
     return [fit_it(theta) for theta in at_prior] + [
         fit_it(theta, nominal.nuisance, warm=True) for theta in at_nominal
     ]
@@ -131,6 +133,7 @@ def go_on(
         warm=warm,
         iterations=iterations,
         tolerance=_tolerance(fitted.explanation) if tolerance is None else tolerance,
+        program=fitted.grid.program,
     )
 
 

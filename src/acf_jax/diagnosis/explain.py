@@ -81,6 +81,7 @@ class _End(NamedTuple):
     evidence: Marginal
     theta: np.ndarray
     nuisance: np.ndarray
+    program: Explanation | None
 
 
 class _Weighed:
@@ -108,7 +109,7 @@ class _Weighed:
     def take(self, found: Sequence[Fit], size: float) -> None:
         """Note fits beside a size, of each explanation the best."""
         sound = [f for f in found if np.isfinite(f.objective)]
-        ends = [_End(marginal(f, size), f.theta, f.nuisance) for f in sound]
+        ends = [_End(marginal(f, size), f.theta, f.nuisance, f.grid.program) for f in sound]
         for fitted, end in zip(sound, ends, strict=True):
             key = fitted.explanation, size
             if key not in self.ends or end.evidence.objective < self.ends[key].evidence.objective:
@@ -187,8 +188,8 @@ class _Weighed:
 
     def _changes(self, m: Marginal) -> tuple[float, ...]:
         count = len(parameters(m.explanation))
-        physical = self.ends[m.explanation, m.discrepancy].theta[:count]
-        return changes(self.observations[0.0], m.explanation, physical)
+        end = self.ends[m.explanation, m.discrepancy]
+        return changes(self.observations[0.0], m.explanation, end.theta[:count], end.program)
 
     def _weigh(self, size: float, explanations: Sequence[Explanation]) -> None:
         """From where each ended beside the nearest size."""
@@ -209,6 +210,7 @@ class _Weighed:
             warm=True,
             iterations=NEAR,
             tolerance=EXACT / max(1.0, end.evidence.objective),
+            program=end.program,
         )
 
     def _near(self, size: float) -> set[Explanation]:

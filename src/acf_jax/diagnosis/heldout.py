@@ -73,7 +73,10 @@ def _predict_unseen(
     theta = fitted.theta
     if refit and not out.all():
         kept = fitted.nuisance[seen]
-        theta = fit(o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12).theta
+        program = fitted.grid.program
+        theta = fit(
+            o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12, program=program
+        ).theta
     physical = theta[: len(parameters(fitted.explanation))]
     reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)

@@ -17,6 +17,9 @@ from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import RIG, Explanation, every_effect, is_free_curve, parameters, starts
 
 BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
+ENOUGH = (
+    1e-3  # share of the distance that an iteration has to gain: the error is not asked for more precisely
+)
 NOTHING = 1e-2  # standard deviations: less is rounding
 
 
@@ -58,7 +61,8 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
             guesses += [
                 np.concatenate([truth.theta[:4], s, truth.common]) for s in starts(other.explanation[0])[:1]
             ]
-        return best(fit(ideal, other.explanation, guess, warm=guess is other.theta) for guess in guesses)
+        again = partial(fit, ideal, other.explanation, tolerance=ENOUGH, program=other.grid.program)
+        return best(again(guess, warm=guess is other.theta) for guess in guesses)
 
     others = [f for f in fits if f.explanation != truth.explanation and not is_free_curve(f.explanation)]
     imitations = in_parallel([partial(imitate, f) for f in others])

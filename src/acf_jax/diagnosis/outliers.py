@@ -89,7 +89,12 @@ def _begins_like_the_others(observations: Observations, fitted: Fit, i: int) -> 
     begins[i] = time < BEGINNING * peak
     used = observations.used & begins
     censored = None if observations.censored is None else observations.censored & begins
-    again = fit(replace(observations, used=used, censored=censored), fitted.explanation, fitted.theta)
+    again = fit(
+        replace(observations, used=used, censored=censored),
+        fitted.explanation,
+        fitted.theta,
+        program=fitted.grid.program,
+    )
     ratio = again.chi2 / np.maximum(used.sum(1), 1)
     return bool(ratio[i] < OUTLIER * np.median(ratio))
 

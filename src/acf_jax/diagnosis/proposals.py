@@ -82,12 +82,13 @@ PROPOSALS: tuple[Proposal, ...] = (add, drop, swap)
 
 
 def without(o: Observations, fitted: Fit, name: str, iterations: int) -> Fit:
-    """A fit without one of its laws, carried on from where the others are."""
+    """A fit without one of its laws, carried on from where the others are; no other program is compiled for it."""
     blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
     rest = [effect for effect in fitted.explanation if effect != name]
     shared = fitted.theta[len(fitted.physical) :]
     theta = np.concatenate([fitted.theta[: len(RIG)], *(blocks[effect] for effect in rest), shared])
-    return fit(o, tuple(rest), theta, fitted.nuisance, warm=True, iterations=iterations)
+    program = fitted.grid.program or fitted.explanation
+    return fit(o, tuple(rest), theta, fitted.nuisance, warm=True, iterations=iterations, program=program)
 
 
 def _promising(found: Iterable[Couple], known: Iterable[Explanation], below: float) -> list[Couple]:

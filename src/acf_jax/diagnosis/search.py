@@ -27,7 +27,7 @@ PAIRS = 8  # that are fitted
 BEGINNINGS = 6  # single effects from which pairs are tried where little is explained,
 TRIED = 6  # and how many of those besides the best effect's
 FURTHER = 2  # effects that are tried beside each single one where the best of those pairs still leaves much
-HOPELESS = 4.0  # times the best misfit, from which on a glance is all that a pair gets
+HOPELESS = 4.0  # times the best misfit, from which on a glance is all that an explanation gets
 WORTH_ONE_MORE = 6.0  # chi-square that one more effect has to promise before it is fitted
 
 Progress = Callable[[str], None]
@@ -47,12 +47,10 @@ def fit_all(
     progress("fitting every effect")
     ground = Ground.of(observations, recalibrated)
 
-    def single(name: str) -> Fit:
-        found = candidates.fit_single(ground, name)
-        told([found])
-        return found
-
-    fits = candidates.in_parallel([partial(single, name) for (name,) in candidates.singles(effects)])
+    glances = candidates.in_parallel(
+        [partial(candidates.glances, ground, name) for (name,) in candidates.singles(effects)]
+    )
+    fits = _carried_on(observations, glances, told)
     progress("searching for pairs")
 
     alone = best_first(f for f in fits if not is_free_curve(f.explanation))
@@ -138,9 +136,27 @@ def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
         others = [c for c in of_each if (c.leader.explanation, c.name) not in done]
         best = best_of_each([*best, *_glance(observations, others)])
     chosen = best[:PAIRS]  # the best first, so that those near it come before the others
-    near = [glance for glance in chosen if glance.objective < HOPELESS * chosen[0].objective]
-    ended = candidates.in_parallel([partial(candidates.go_on, observations, glance) for glance in near])
-    return ended + chosen[len(near) :]
+    return _carried_on(observations, [[glance] for glance in chosen])
+
+
+def _carried_on(
+    observations: Observations,
+    glances: Iterable[Sequence[Fit]],
+    told: Callable[[Sequence[Fit]], None] = lambda fits: None,
+) -> list[Fit]:
+    """Of each explanation the best of its glances carried on to their ends, or as it is where all are hopeless."""
+    of_each = [best_first(own) for own in glances]
+    enough = HOPELESS * min((own[0].objective for own in of_each if own), default=np.inf)
+
+    def end(own: Sequence[Fit]) -> Fit:
+        near = [glance for glance in own if glance.objective < enough]
+        if not near:
+            return own[0]
+        found = candidates.best(candidates.go_on(observations, glance) for glance in near)
+        told([found])
+        return found
+
+    return candidates.in_parallel([partial(end, own) for own in of_each if own])
 
 
 def _glance(observations: Observations, wanted: Sequence[Couple]) -> list[Fit]:

@@ -85,4 +85,4 @@ def _residual(
 ) -> np.ndarray:
     """(trials, n) whitened measured minus predicted with an effect on the fitted rig."""
     theta = np.concatenate([fitted.theta[: len(RIG)], start, fitted.common])
-    return residual(observations, explanation, theta, fitted.nuisance, fitted.grid)
+    return residual(observations, explanation, theta, fitted.nuisance, fitted.grid._replace(program=None))

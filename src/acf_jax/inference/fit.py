@@ -92,8 +92,13 @@ class Fit:
         return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
 
 
-def grid_for(observations: Observations, explanation: Explanation) -> Grid:
-    """A grid fine enough for the rig and for a sensor with dynamics, and long enough for every trial."""
+def grid_for(
+    observations: Observations, explanation: Explanation, program: Explanation | None = None
+) -> Grid:
+    """A grid fine enough for the rig and for a sensor with dynamics, and long enough for every trial.
+
+    `program`: of `Grid`.
+    """
     prior = observations.prior
     latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
     end = float(latest[observations.weighed].max())
@@ -108,7 +113,7 @@ def grid_for(observations: Observations, explanation: Explanation) -> Grid:
         end += settling_time(low_pass) if low_pass.zero_phase else 0.0
     longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
     h = max(min(step_for(*prior.values), longest), end / (SAMPLES - BEYOND - 2))
-    return Grid(h, int(np.ceil(end / h)) + BEYOND, low_pass=low_pass)
+    return Grid(h, int(np.ceil(end / h)) + BEYOND, low_pass=low_pass, program=program)
 
 
 def _stride(explanation: Explanation) -> float:
@@ -162,12 +167,13 @@ def fit(
     warm: bool = False,
     iterations: int = ITERATIONS,
     tolerance: float = TOLERANCE,
+    program: Explanation | None = None,
 ) -> Fit:
     """The most probable parameters from one start.
 
     **Arguments:** `start`: (p,) values in SI units, what all trials share last (`begin`). `nuisance`: (trials, q)
     first guess of the nuisances. Those of rings may be missing, and waves in both. `warm`: the start is near the
-    optimum already.
+    optimum already. `program`: an explanation with more effects, whose compiled code is used.
 
     While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
     is known to be, and the effect has to explain the data rather than the rig.
@@ -187,8 +193,10 @@ def fit(
         known = min(nuisance.shape[1], guess.shape[1])  # other rings may have been found meanwhile
         guess[:, :known] = nuisance[:, :known]
     nuisance = guess
-    grid = grid_for(observations, explanation)
-    key = unfinished.key_of(observations.digest, explanation, at, u, nuisance, warm, iterations, tolerance)
+    grid = grid_for(observations, explanation, program)
+    key = unfinished.key_of(
+        observations.digest, explanation, at, u, nuisance, warm, iterations, tolerance, program
+    )
     if found := unfinished.find(key):
         u, nuisance = found
         linear = linearise(observations, explanation, at, u, nuisance, grid)

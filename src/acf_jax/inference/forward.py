@@ -17,7 +17,7 @@ from acf_jax.effects import AbstractEffect
 from acf_jax.effects._interface import Scalar
 from acf_jax.inference.free_curves import CONTINUED
 from acf_jax.inference.interpolation import first_loss
-from acf_jax.inference.parameters import RIG, Explanation, classes, parameters
+from acf_jax.inference.parameters import RIG, Explanation, classes, neutral, parameters, places
 from acf_jax.inference.robot_motion import ERRORS, NODES, MeasuredMotion, RobotMotion
 from acf_jax.kept import kept
 from acf_jax.model import Impact, Rig
@@ -49,6 +49,8 @@ class Grid(NamedTuple):
         0.0  # 1 continues the equations beyond the loss of contact, which keeps derivatives alive there
     )
     low_pass: LowPass | None = None  # that readings have been through
+    # with more effects, which is compiled already: without strength these change nothing
+    program: Explanation | None = None
 
 
 def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
@@ -169,7 +171,11 @@ def forward(
     **Returns:** `Forces`; not finite where the integration is unstable.
     """
     n, used = len(v_e), grid.steps + 1
-    z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
+    program = grid.program or explanation
+    own = places(explanation, program)
+    wide = np.concatenate([theta[: len(RIG)], neutral(program)])
+    wide[own] = theta
+    z = np.column_stack([np.tile(wide, (n, 1)), v_e, f_p])
     if robot:
         z = np.column_stack([z, np.zeros((n, ERRORS)) if error is None else error])
     contact, rows = np.empty((n, used)), np.empty((n, z.shape[1] + 1, used))
@@ -180,7 +186,7 @@ def forward(
         if robot:
             moves = robot.of(padded)
             motion = robot.spacing, *(np.moveaxis(x, 0, -1) for x in (moves.velocity, moves.displacement))
-        run = _program(explanation, robot is not None)
+        run = _program(program, robot is not None)
         found = run(z[padded], grid.h, grid.steps, grid.pull, reach, *motion)
         # turned here, where most of the grid is left out already
         contact[here] = np.asarray(found[0])[:used, : here.stop - first].T
@@ -190,4 +196,6 @@ def forward(
             2  # the step at first contact is at time 0, not in the middle of the interval before it
         )
         rows = Filter(grid.low_pass, grid.h)(rows)
+    if program != explanation:
+        rows = rows[:, np.concatenate([[0], 1 + own, np.arange(1 + len(wide), rows.shape[1])])]
     return Forces(contact, rows)

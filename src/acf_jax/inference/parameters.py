@@ -1,7 +1,7 @@
 """What a diagnosis may fit: the rig's four parameters, then those of an explanation's effects."""
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -60,6 +60,26 @@ def parameters(explanation: Explanation) -> list[tuple[str, Parameter]]:
     """Every physical parameter with its full name, `effect.parameter` behind the rig's."""
     of_effects = [(f"{name}.{p.name}", p) for name in explanation for p in every_effect()[name].parameters()]
     return [(p.name, p) for p in RIG] + of_effects
+
+
+def neutral(explanation: Explanation) -> np.ndarray:
+    """Parameters of effects that change nothing: no strength, and each shape as it is typical."""
+    known = (p for name in explanation for p in every_effect()[name].parameters())
+    return np.array([p.scale if p.shape else 0.0 for p in known])
+
+
+def switched_off(explanation: Explanation, physical: np.ndarray, off: Iterable[str]) -> np.ndarray:
+    """The parameters of rig and effects with some of the effects neutral."""
+    found = physical.copy()
+    for name in off:
+        found[places((name,), explanation)[len(RIG) :]] = neutral((name,))
+    return found
+
+
+def places(explanation: Explanation, among: Explanation) -> np.ndarray:
+    """Where the parameters of rig and effects of an explanation stand among those of one that has more effects."""
+    names = [name for name, _ in parameters(among)]
+    return np.array([names.index(name) for name, _ in parameters(explanation)])
 
 
 class Coordinates(NamedTuple):

@@ -1,5 +1,6 @@
 """Each cause's force over time: the corrected model with every cause on or off, trial by trial."""
 
+from collections.abc import Collection
 from itertools import combinations
 from typing import Any
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.inference.forward import forward
-from acf_jax.inference.parameters import Explanation, is_free_curve, parameters
+from acf_jax.inference.parameters import Explanation, is_free_curve, switched_off
 from acf_jax.report.markup import Html, element, join, void
 from acf_jax.report.plot import CORRECTED, Variant, axis, plot, series
 from acf_jax.report.words import condition, headed, listed, name_of
@@ -17,17 +18,17 @@ COLOURS = ("--nominal", "--recalibrated", "--contact")
 
 
 def switched(diagnosis: Diagnosis) -> Html | None:
-    """The figure with a switch a cause; None without traces, and where no cause of the library is in the model.
+    """The figure with a switch a named cause; None without traces, without such a cause, and with a free curve.
 
     A cause that is off is taken out of the corrected model; nothing is fitted anew.
     """
     d = diagnosis
-    causes = tuple(name for name in d.corrected.explanation if not is_free_curve((name,)))
+    causes = tuple(name for name in d.corrected.explanation if name in d.scored[0].explanation)
     rows = [i for i in range(len(d.observations.names)) if not d.observations.peak_only[i]][:MOST]
-    if not causes or not rows or causes != d.corrected.explanation:
+    if not causes or not rows or is_free_curve(d.corrected.explanation):
         return None
     sets = [chosen for n in range(len(causes) + 1) for chosen in combinations(causes, n)]
-    forces = {chosen: _forces(d, chosen) for chosen in sets}
+    forces = {chosen: _forces(d, set(causes) - set(chosen)) for chosen in sets}
     variants = [_trial(d, i, causes, forces) for i in rows]
     layout = {
         "xaxis": axis("time since first contact / ms", domain=[0, 1], anchor="y2"),
@@ -51,13 +52,11 @@ def switched(diagnosis: Diagnosis) -> Html | None:
     return join([switches, plot("causes", "Each cause over time", caption, variants, layout, 520, "Trial")])
 
 
-def _forces(d: Diagnosis, chosen: Explanation) -> np.ndarray:
-    """Sensed force of every trial with some of the causes, (trials, steps), N."""
-    names = [name for name, _ in parameters(d.corrected.explanation)]
-    values = dict(zip(names, d.corrected.physical, strict=True))
-    theta = np.array([values[name] for name, _ in parameters(chosen)])
-    o = d.observations
-    return forward(chosen, theta, o.v_e, o.f_p, d.corrected.grid).sensed
+def _forces(d: Diagnosis, off: Collection[str]) -> np.ndarray:
+    """Sensed force of every trial without some of the causes, (trials, steps), N."""
+    o, explanation = d.observations, d.corrected.explanation
+    theta = switched_off(explanation, d.corrected.physical, off)
+    return forward(explanation, theta, o.v_e, o.f_p, d.corrected.grid).sensed
 
 
 def _trial(d: Diagnosis, i: int, causes: Explanation, forces: dict[Explanation, np.ndarray]) -> Variant:
