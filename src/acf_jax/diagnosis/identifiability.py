@@ -17,9 +17,7 @@ from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import RIG, Explanation, every_effect, is_free_curve, parameters, starts
 
 BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
-ENOUGH = (
-    1e-3  # share of the distance that an iteration has to gain: the error is not asked for more precisely
-)
+ENOUGH = 1e-3  # share of the squared distance that an iteration has to gain; the error needs no more digits
 NOTHING = 1e-2  # standard deviations: less is rounding
 
 

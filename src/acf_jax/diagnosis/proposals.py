@@ -35,10 +35,11 @@ class Couple(NamedTuple):
 def couples(ground: Ground, effects: Sequence[str]) -> list[Couple]:
     """The fit of a ground with each effect that it does not have, and what that promises to first order."""
     leader = ground.fitted
-    promises = {name: ground.promise(name) for name in effects if name not in leader.explanation}
+    names = [name for name in effects if name not in leader.explanation]
+    promises = in_parallel([partial(ground.promise, name) for name in names])
     return [
         Couple(leader, name, p.begins, p.gain, leader.objective - 0.5 * p.gain)
-        for name, p in promises.items()
+        for name, p in zip(names, promises, strict=True)
     ]
 
 

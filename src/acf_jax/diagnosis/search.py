@@ -108,13 +108,10 @@ def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
     names = [f.explanation[0] for f in alone]
     known_couples: dict[Explanation, list[Couple]] = {}
 
-    def of_one(leader: Fit) -> list[Couple]:
-        return couples(Ground.of(observations, leader), names)
-
     def couples_of(leaders: Sequence[Fit]) -> list[list[Couple]]:
-        new = [f for f in leaders if f.explanation not in known_couples]
-        found = candidates.in_parallel([partial(of_one, f) for f in new])
-        known_couples.update(zip((f.explanation for f in new), found, strict=True))
+        for leader in leaders:
+            if leader.explanation not in known_couples:
+                known_couples[leader.explanation] = couples(Ground.of(observations, leader), names)
         return [known_couples[f.explanation] for f in leaders]
 
     def promising(found: Iterable[Couple], most: int) -> list[Couple]:

@@ -172,10 +172,11 @@ def forward(
     """
     n, used = len(v_e), grid.steps + 1
     program = grid.program or explanation
-    own = places(explanation, program)
-    wide = np.concatenate([theta[: len(RIG)], neutral(program)])
-    wide[own] = theta
-    z = np.column_stack([np.tile(wide, (n, 1)), v_e, f_p])
+    if program != explanation:
+        own = places(explanation, program)
+        theta, narrow = np.concatenate([theta[: len(RIG)], neutral(program)]), theta
+        theta[own] = narrow
+    z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
     if robot:
         z = np.column_stack([z, np.zeros((n, ERRORS)) if error is None else error])
     contact, rows = np.empty((n, used)), np.empty((n, z.shape[1] + 1, used))
@@ -197,5 +198,5 @@ def forward(
         )
         rows = Filter(grid.low_pass, grid.h)(rows)
     if program != explanation:
-        rows = rows[:, np.concatenate([[0], 1 + own, np.arange(1 + len(wide), rows.shape[1])])]
+        rows = rows[:, np.concatenate([[0], 1 + own, np.arange(1 + len(theta), rows.shape[1])])]
     return Forces(contact, rows)
