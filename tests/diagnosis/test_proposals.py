@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import proposals
+from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import Grid
 
 
@@ -25,7 +26,7 @@ def test_a_law_is_dropped_within_the_program_that_has_it(
         physical=physical,
         theta=np.append(physical, [0.5, 0.6]),
         nuisance=None,
-        grid=Grid(1e-4, 100, program=program),
+        program=Fit.program.fget(SimpleNamespace(explanation=both, grid=Grid(1e-4, 100, program=program))),  # type: ignore[attr-defined]
     )
     proposals.without(None, fitted, "end_stop", 0)  # type: ignore[arg-type]
     ((explanation, theta, how),) = seen

@@ -133,7 +133,7 @@ def go_on(
         warm=warm,
         iterations=iterations,
         tolerance=_tolerance(fitted.explanation) if tolerance is None else tolerance,
-        program=fitted.grid.program,
+        program=fitted.program,
     )
 
 

@@ -154,14 +154,11 @@ def _changes(o: Observations, fits: Sequence[Fit], corrected: Fit) -> list[np.nd
 
 def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fit:
     """A fit of some of a fit's effects, from its parameters and from its rig's prior."""
-    program = corrected.grid.program or corrected.explanation
     blocks = dict(zip(corrected.explanation, blocks_of(corrected), strict=True))
     kept = [blocks[name] for name in effects]
     rigs = corrected.theta[: len(RIG)], o.prior.values
-    return best(
-        fit(o, effects, np.concatenate([rig, *kept, corrected.common]), corrected.nuisance, program=program)
-        for rig in rigs
-    )
+    again = partial(fit, o, effects, program=corrected.program)
+    return best(again(np.concatenate([rig, *kept, corrected.common]), corrected.nuisance) for rig in rigs)
 
 
 def _predicted(o: Observations, fitted: Fit) -> np.ndarray:

@@ -81,7 +81,7 @@ class _End(NamedTuple):
     evidence: Marginal
     theta: np.ndarray
     nuisance: np.ndarray
-    program: Explanation | None
+    program: Explanation
 
 
 class _Weighed:
@@ -109,7 +109,7 @@ class _Weighed:
     def take(self, found: Sequence[Fit], size: float) -> None:
         """Note fits beside a size, of each explanation the best."""
         sound = [f for f in found if np.isfinite(f.objective)]
-        ends = [_End(marginal(f, size), f.theta, f.nuisance, f.grid.program) for f in sound]
+        ends = [_End(marginal(f, size), f.theta, f.nuisance, f.program) for f in sound]
         for fitted, end in zip(sound, ends, strict=True):
             key = fitted.explanation, size
             if key not in self.ends or end.evidence.objective < self.ends[key].evidence.objective:

@@ -73,10 +73,8 @@ def _predict_unseen(
     theta = fitted.theta
     if refit and not out.all():
         kept = fitted.nuisance[seen]
-        program = fitted.grid.program
-        theta = fit(
-            o.subset(seen), fitted.explanation, theta, kept, warm=True, iterations=12, program=program
-        ).theta
+        again = partial(fit, o.subset(seen), fitted.explanation, program=fitted.program)
+        theta = again(theta, kept, warm=True, iterations=12).theta
     physical = theta[: len(parameters(fitted.explanation))]
     reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)

@@ -59,7 +59,7 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
             guesses += [
                 np.concatenate([truth.theta[:4], s, truth.common]) for s in starts(other.explanation[0])[:1]
             ]
-        again = partial(fit, ideal, other.explanation, tolerance=ENOUGH, program=other.grid.program)
+        again = partial(fit, ideal, other.explanation, tolerance=ENOUGH, program=other.program)
         return best(again(guess, warm=guess is other.theta) for guess in guesses)
 
     others = [f for f in fits if f.explanation != truth.explanation and not is_free_curve(f.explanation)]

@@ -93,7 +93,7 @@ def _begins_like_the_others(observations: Observations, fitted: Fit, i: int) -> 
         replace(observations, used=used, censored=censored),
         fitted.explanation,
         fitted.theta,
-        program=fitted.grid.program,
+        program=fitted.program,
     )
     ratio = again.chi2 / np.maximum(used.sum(1), 1)
     return bool(ratio[i] < OUTLIER * np.median(ratio))

@@ -88,8 +88,8 @@ def without(o: Observations, fitted: Fit, name: str, iterations: int) -> Fit:
     rest = [effect for effect in fitted.explanation if effect != name]
     shared = fitted.theta[len(fitted.physical) :]
     theta = np.concatenate([fitted.theta[: len(RIG)], *(blocks[effect] for effect in rest), shared])
-    program = fitted.grid.program or fitted.explanation
-    return fit(o, tuple(rest), theta, fitted.nuisance, warm=True, iterations=iterations, program=program)
+    again = partial(fit, o, tuple(rest), program=fitted.program)
+    return again(theta, fitted.nuisance, warm=True, iterations=iterations)
 
 
 def _promising(found: Iterable[Couple], known: Iterable[Explanation], below: float) -> list[Couple]:

@@ -54,6 +54,11 @@ class Fit:
     grid: Grid
 
     @property
+    def program(self) -> Explanation:
+        """The explanation whose compiled code the fit used: its own, or one with more effects."""
+        return self.grid.program or self.explanation
+
+    @property
     def theta(self) -> np.ndarray:
         """The parameters in SI units."""
         return self.coordinates.value(self.u)
