@@ -432,7 +432,7 @@ def test_the_report_fills_and_a_killed_diagnosis_goes_on(browser: Any, app: Serv
     expect(known).to_contain_text("nothing speaks against them")
     expect(known).to_contain_text("refitted to these trials")
     expect(known).to_contain_text("explanations weighed so far")
-    expect(known.get_by_text("Pad mass")).to_be_visible(timeout=PATIENCE)
+    expect(known.get_by_text("End stop", exact=True)).to_be_visible(timeout=PATIENCE)  # the rig's cause
     shown = known.inner_text()
     assert "probab" not in shown.lower() and "likely" not in shown and "Identified" not in shown
     assert page.locator(".plot .trace").count() >= 1  # the trials below are not drawn anew each time
@@ -447,7 +447,7 @@ def test_the_report_fills_and_a_killed_diagnosis_goes_on(browser: Any, app: Serv
     left = len(list((folder / ".diagnosis.unfinished").glob("*.npz")))
     assert left > 5 and not (folder / "diagnosis").exists()
     page.click("main button.first")
-    expect(page.locator("#known-so-far")).to_contain_text("Pad mass", timeout=PATIENCE)
+    expect(page.locator("#known-so-far")).to_contain_text("End stop", timeout=PATIENCE)
     assert f"goes on with {left} fits" in (folder / ".app/diagnose/progress.txt").read_text()
     page.click("#job form button")
     expect(page.get_by_text("Cancelled; nothing is left half-written")).to_be_visible(timeout=PATIENCE)

@@ -47,10 +47,13 @@ def fit_all(
     progress("fitting every effect")
     ground = Ground.of(observations, recalibrated)
 
-    glances = candidates.in_parallel(
-        [partial(candidates.glances, ground, name) for (name,) in candidates.singles(effects)]
-    )
-    fits = _carried_on(observations, glances, told)
+    def glances(name: str) -> list[Fit]:
+        found = candidates.glances(ground, name)
+        told(found)
+        return found
+
+    wanted = [partial(glances, name) for (name,) in candidates.singles(effects)]
+    fits = _carried_on(observations, candidates.in_parallel(wanted), told)
     progress("searching for pairs")
 
     alone = best_first(f for f in fits if not is_free_curve(f.explanation))
