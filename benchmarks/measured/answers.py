@@ -53,15 +53,18 @@ def outcome(answer: Answer, diagnosis: Mapping[str, Any]) -> str:
         return "right" if here else "unknown"
     if "verdict" in right:
         return "right" if verdict == right["verdict"] else "wrong"
-    if _is_right(answer, diagnosis["explanations"][0]["effects"]):
+    if is_right(answer, diagnosis["explanations"][0]["effects"]):
         return "right"
-    held = any(_is_right(answer, effects) for effects in diagnosis["credible_set"])
+    held = any(is_right(answer, effects) for effects in diagnosis["credible_set"])
     return "undecided" if verdict == "ambiguous" and held else "wrong"
 
 
-def _is_right(answer: Answer, effects: Sequence[str]) -> bool:
-    if effects == ["unknown"]:
+def is_right(answer: Answer, effects: Sequence[str]) -> bool:
+    """Whether an explanation is the known cause, at whichever component an unknown one lies."""
+    if list(effects) == ["unknown"]:
         return "component" in answer.right
+    if "verdict" in answer.right:
+        return not effects and answer.right["verdict"] == "no_gap"
     named = set(effects) & set(answer.right.get("effects", ()))
     missing = {e for e in effects if e != EVERYWHERE and library()[e].component in answer.absent}
     return bool(named) and not missing

@@ -3,9 +3,9 @@
     python -m benchmarks.peers_diagnosis compare RUN [RUN ...] [--measured SETS RESULTS] [--train FILE]
     python -m benchmarks.peers_diagnosis draw FILE --rigs 3000
 
-`RUN` is what `python -m acf_jax blind --out RUN` left; SETS a folder of data sets with an `answer.yaml` each, of which
-RESULTS holds the diagnoses. The classifier takes part where FILE holds its training sets, which `draw` writes. Needs
-`pip install ".[peers]"`.
+`RUN` is what `python -m acf_jax blind --out RUN` left; SETS what `python -m benchmarks.measured build --out SETS`
+wrote, and RESULTS what its `score` did. The classifier takes part where FILE holds its training sets, which `draw`
+writes. Needs `pip install ".[peers]"`.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from acf_jax.errors import InputError
-from benchmarks.peers_diagnosis.cases import Case, Named, read_cases, read_run
+from benchmarks.peers_diagnosis.cases import Case, Named, read_measured, read_run
 
 Method = Callable[[Case], Named]
 PEERS = ("AICc", "BIC", "SINDy", "classifier")
@@ -68,7 +68,7 @@ def compare(
     cases = [case for run in runs for case in read_run(run)]
     if measured:
         sets, results = measured
-        cases += read_cases(sets, results, "measured")
+        cases += read_measured(sets, results)
     if not cases:
         raise InputError("nothing to compare: name a RUN, or --measured SETS RESULTS")
     methods: dict[str, Method] = {OURS: lambda case: case.ours, **_peers(train, only)}

@@ -9,7 +9,9 @@ from acf_jax.dataset import data_sets
 from acf_jax.errors import InputError
 from acf_jax.evidence.marginal import Marginal, read_evidence
 from acf_jax.files import read_json_mapping
-from validation.blind.answer import ANSWER, DIAGNOSIS, Answer, Class, Failed, read_answer, read_said
+from benchmarks.measured.answers import Answer as Known
+from benchmarks.measured.answers import read_answers
+from validation.blind.answer import ANSWER, DIAGNOSIS, Answer, Class, Failed, Said, read_answer, read_said
 from validation.blind.campaign import WITHHELD
 from validation.blind.score import UNKNOWN, asked
 
@@ -43,6 +45,7 @@ class Case:
     classes: tuple[Class, ...]  # what these trials cannot tell apart
     ours: Named
     evidence: tuple[Marginal, ...]  # the fits of our diagnosis
+    known: Known | None = None  # of a measured set, in place of a truth
 
 
 def read_run(run: Path) -> list[Case]:
@@ -50,12 +53,42 @@ def read_run(run: Path) -> list[Case]:
     return read_cases(run / "sets", run / "results")
 
 
-def read_cases(sets: Path, results: Path, kind: str = "") -> list[Case]:
+def read_measured(sets: Path, results: Path) -> list[Case]:
+    """The cases that `python -m benchmarks.measured` built and scored, but for those that ask for faulty trials.
+
+    **Raises:** `InputError` where there is none, or diagnoses or their evidence are damaged.
+    """
+    cases = []
+    for name, known in read_answers().items():
+        for found in results.glob(f"*/{name}/{DIAGNOSIS}"):
+            said = read_said(found.parent)
+            if "excluded" not in known.right and not isinstance(said, Failed):
+                cases.append(
+                    Case(
+                        name=name,
+                        kind="measured",
+                        data=sets / found.parent.relative_to(results),
+                        truth=(),
+                        background=(),
+                        neighbours={},
+                        withheld="",
+                        classes=(),
+                        ours=Named(_scored(said), float("nan")),
+                        evidence=read_evidence(found),
+                        known=known,
+                    )
+                )
+    if not cases:
+        raise InputError(
+            f"{results}: holds no diagnosis of a measured set; run `python -m benchmarks.measured score` first"
+        )
+    return cases
+
+
+def read_cases(sets: Path, results: Path) -> list[Case]:
     """The cases of a folder of data sets whose diagnoses lie in `results`.
 
     The truth is taken from `results/score.json`, or without it from an `answer.yaml` beside each data set.
-
-    **Arguments:** `kind`: what to count all of them as; by default each as its answer says.
 
     **Raises:** `InputError` where answers, diagnoses or their evidence are missing or damaged.
     """
@@ -71,24 +104,27 @@ def read_cases(sets: Path, results: Path, kind: str = "") -> list[Case]:
         name = row["set"]
         said = read_said(results / name)
         if not isinstance(said, Failed):
-            scored = tuple((tuple(sorted(e.effects)), e.probability) for e in said.explanations)
             cases.append(
                 Case(
                     name=name,
-                    kind=kind or _kind(row),
+                    kind=_kind(row),
                     data=sets / name,
                     truth=tuple(row["truth"]),
                     background=tuple(row["background"]),
                     neighbours=row["neighbours"],
                     withheld=str(withheld.get(name, "")),
                     classes=said.indistinguishable,
-                    ours=Named(scored, _seconds(results / name / "seconds.txt")),
+                    ours=Named(_scored(said), _seconds(results / name / "seconds.txt")),
                     evidence=read_evidence(results / name / DIAGNOSIS),
                 )
             )
     if not cases:
         raise InputError(f"{results}: holds no diagnosis that could be made; name another run")
     return cases
+
+
+def _scored(said: Said) -> tuple[tuple[Explanation, float], ...]:
+    return tuple((tuple(sorted(e.effects)), e.probability) for e in said.explanations)
 
 
 def _rows(sets: Path, results: Path) -> Sequence[dict[str, Any]]:

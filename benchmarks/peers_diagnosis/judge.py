@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.measured.answers import is_right
 from benchmarks.peers_diagnosis.cases import Case, Named
 from validation.blind.answer import Explanation, Said
 from validation.blind.score import UNKNOWN, explained
@@ -25,7 +26,15 @@ class Outcome(NamedTuple):
 
 
 def judge(case: Case, named: Named) -> Outcome:
-    """Score an answer. Explanations that our diagnosis computed to be one class count as one for every method."""
+    """Score an answer. Explanations that our diagnosis computed to be one class count as one for every method.
+
+    Of a measured set right is what holds the known cause, and nothing of a component that the rig does not have.
+    """
+    first, probability = named.scored[0]
+    if case.known:
+        right = is_right(case.known, first)
+        of_truth = sum(p for e, p in named.scored if is_right(case.known, e))
+        return _outcome(first, probability, right, of_truth, named)
     said = Said.model_construct(
         explanations=tuple(Explanation(effects=e, probability=min(p, 1.0)) for e, p in named.scored),
         credible_set=(),
@@ -33,12 +42,18 @@ def judge(case: Case, named: Named) -> Outcome:
         verdict="",
     )
     found = explained(said, list(case.truth), case.neighbours, case.background)
-    names_a_law = bool(found["first"]) and found["first"] != UNKNOWN
-    is_sure = named.is_sure or found["probability_first"] >= SURE
+    return _outcome(
+        found["first"], found["probability_first"], found["first_in_class"], found["probability_truth"], named
+    )
+
+
+def _outcome(first: Sequence[str], probability: float, right: bool, of_truth: float, named: Named) -> Outcome:
+    names_a_law = bool(first) and list(first) != UNKNOWN
+    is_sure = named.is_sure or probability >= SURE
     return Outcome(
-        found["first_in_class"],
-        names_a_law and is_sure and not found["first_in_class"],
-        np.nan if named.is_sure else float(-np.log(max(found["probability_truth"], LEAST))),
+        right,
+        names_a_law and is_sure and not right,
+        np.nan if named.is_sure else float(-np.log(max(of_truth, LEAST))),
         named.seconds,
     )
 

@@ -47,7 +47,8 @@ def lines(
             f"{method} {'right' if found[k].right else 'MISS'} {said[method][k]}"
             for method, found in outcomes.items()
         ]
-        text.append(f"{case.name} {case.kind} {'+'.join(case.truth) or 'none'}: " + ", ".join(answers))
+        cause = case.known.known if case.known else "+".join(case.truth) or "none"
+        text.append(f"{case.name} {case.kind} ({cause}): " + ", ".join(answers))
     return "\n".join(text) + "\n"
 
 

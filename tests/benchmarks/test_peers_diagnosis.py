@@ -1,6 +1,7 @@
 """Other methods on the sets of blind runs: their formulas, what they read, and the one rule that scores them all."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from acf_jax.effects import library
 from acf_jax.errors import InputError
 from acf_jax.evidence.marginal import Marginal
 from benchmarks.peers_diagnosis import criteria
-from benchmarks.peers_diagnosis.cases import Case, Named, read_cases, read_run
+from benchmarks.peers_diagnosis.cases import Case, Named, read_cases, read_measured, read_run
 from benchmarks.peers_diagnosis.features import BINS, features
 from benchmarks.peers_diagnosis.judge import judge, paired, share
 from benchmarks.peers_diagnosis.table import table
@@ -175,10 +176,27 @@ def test_a_scored_run_is_read(tmp_path: Path) -> None:
 
 
 def test_sets_with_their_answers_beside_them_are_read(tmp_path: Path) -> None:
-    """As measured sets come: no score, an answer.yaml each."""
     write_run(tmp_path, None)
-    (case,) = read_cases(tmp_path / "sets", tmp_path / "results", "measured")
-    assert (case.kind, case.truth, case.background) == ("measured", ("gravity",), ("sensor_lag",))
+    (case,) = read_cases(tmp_path / "sets", tmp_path / "results")
+    assert (case.truth, case.background) == (("gravity",), ("sensor_lag",))
+
+
+def test_measured_sets_are_read_and_judged_as_their_benchmark_judges_them(tmp_path: Path) -> None:
+    write_run(tmp_path, None)
+    for name in ("cognifly/cognifly_lag", "cognifly/cognifly_label"):  # the second asks for faulty trials
+        shutil.copytree(tmp_path / "results/case-000", tmp_path / "diagnosed" / name)
+    (case,) = read_measured(tmp_path / "sets", tmp_path / "diagnosed")
+    assert (case.name, case.kind, case.data) == (
+        "cognifly_lag", "measured", tmp_path / "sets/cognifly/cognifly_lag",
+    )  # fmt: skip
+    found = judge(case, case.ours)  # gravity, of which no rig is free
+    assert not found.right and not found.wrong_when_sure
+    surely = judge(case, Named(((("gravity",), 0.96), (("gravity", "sensor_lag"), 0.04)), 1.0))
+    assert surely.wrong_when_sure and surely.log_loss == pytest.approx(-np.log(0.04))
+    assert judge(case, Named(((("sensor_lag",), 0.96),), 1.0)).right
+    assert not judge(case, Named(((("robot_compliance", "sensor_lag"), 0.96),), 1.0)).right  # it has no robot
+    with pytest.raises(InputError, match="holds no diagnosis of a measured set"):
+        read_measured(tmp_path, tmp_path / "sets")
 
 
 def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
