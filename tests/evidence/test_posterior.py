@@ -137,6 +137,16 @@ def test_a_small_law_that_nearly_all_explanations_have_is_named() -> None:
     ]
 
 
+def test_a_small_law_that_only_exact_forms_ask_for_is_not_named() -> None:
+    """It may make up for what the form of the large one gets wrong."""
+    both, large, small = ("end_stop", "sensor_lag"), (20.0, 1.0), ("end_stop",)
+    exact = [Marginal(both, 0.0, -90.0, 0.0, 0.0, large), Marginal(small, 0.0, 0.0, 0.0)]
+    roughly = [Marginal(both, 0.03, -20.0, 0.0, 0.0, large), Marginal(small, 0.03, -20.0, 0.0)]
+    needed = [Marginal(both, 0.03, -40.0, 0.0, 0.0, large), Marginal(small, 0.03, -20.0, 0.0)]
+    assert posterior([*exact, *roughly], PLAIN).scored[0].explanation == small
+    assert posterior([*exact, *needed], PLAIN).scored[0].explanation == both
+
+
 @pytest.mark.parametrize(
     "changes, small",
     [

@@ -5,9 +5,10 @@ are not exact. No model of the data is exact either: neighbouring samples share 
 surer than it is right. It is divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inconsistency
 of Bayesian inference for misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
 
-An explanation is stated by the laws that matter. Small ones stand in for one another: of these only those are named
-that are in nearly all explanations, as by the median probability model (Barbieri and Berger, 'Optimal predictive model
-selection', Annals of Statistics 32, 2004). The others are background.
+An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
+large ones get wrong: of these only those are named that nearly all explanations beside the largest discrepancy have,
+as by the median probability model (Barbieri and Berger, 'Optimal predictive model selection', Annals of Statistics 32,
+2004). The others are background.
 
 What no explanation has is often refitted into the rig. A rig far from what is known of it therefore speaks for an
 unknown cause, however well the explanation fits (prior-data conflict: Box, 'Sampling and Bayes' inference in scientific
@@ -100,7 +101,7 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals, learnt)
     p = softmax(log_p)
-    told = _as_stated(marginals, p)
+    told = _as_stated(marginals, log_p)
     beside: dict[Explanation, dict[float, float]] = {}
     tiny = float(np.finfo(float).tiny)
     for m, value in zip(marginals, p.tolist(), strict=True):
@@ -116,19 +117,26 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
     )
 
 
-def _as_stated(marginals: Sequence[Marginal], p: np.ndarray) -> dict[Explanation, Explanation]:
+def _as_stated(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, Explanation]:
     """How each explanation is stated: free curves, alone or beside laws, as an unknown cause."""
-    inside: dict[str, float] = {}
-    for m, value in zip(marginals, p.tolist(), strict=True):
-        for name in m.explanation:
-            inside[name] = inside.get(name, 0.0) + value
-    sure = {name for name, value in inside.items() if value >= CREDIBLE}
+    sure = _needed(marginals, log_p)
 
     def named(m: Marginal) -> Explanation:
         background = minor(m) - sure
         return tuple(name for name in m.explanation if name not in background)
 
     return {m.explanation: UNKNOWN if is_free_curve(m.explanation) else named(m) for m in marginals}
+
+
+def _needed(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
+    """The laws that 95 % of the probability have, were all forms wrong by the largest discrepancy."""
+    widest = max(m.discrepancy for m in marginals)
+    beside = [k for k, m in enumerate(marginals) if m.discrepancy == widest]
+    inside: dict[str, float] = {}
+    for k, value in zip(beside, softmax(log_p[beside]).tolist(), strict=True):
+        for name in marginals[k].explanation:
+            inside[name] = inside.get(name, 0.0) + value
+    return {name for name, value in inside.items() if value >= CREDIBLE}
 
 
 def minor(m: Marginal) -> set[str]:
