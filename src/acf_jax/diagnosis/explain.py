@@ -3,9 +3,10 @@ and with forms that are a little wrong.
 
 Which laws are fitted together is found by proposals: from the most probable laws one is added, dropped or swapped for
 another, until no such explanation is more probable. This is done beside the largest discrepancy first: there large
-effects are told from one another, and small ones are part of the discrepancy. Then beside the next smaller one, and at
-last with exact forms: what was found becomes the start. A search that begins with exact forms follows the small effects
-of a rig, since every trace shows them by many times the noise.
+effects are told from one another, and small ones are part of the discrepancy. Then beside the next smaller ones: what
+was found becomes the start. Exact forms are weighed, but not searched: every trace shows the small effects of a rig,
+and what the forms of large ones get wrong, by many times the noise, so that law after law would be added to make up
+for it.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,7 +34,7 @@ BEHIND = 20.0  # log probability by which an explanation may lie behind and stil
 HOPELESS = 2 * BEHIND  # the same beside one size of the discrepancy, from which on no other size is tried
 EXACT = 0.1  # log probability that an iteration has to gain
 ROUNDS = 4  # of proposals beside each size at most: it bounds the time, since each adds a law or ends
-NARROWING = (*sorted(SIZES, reverse=True), 0.0)  # sizes of the discrepancy in the order of the search
+NARROWING = sorted(SIZES, reverse=True)  # sizes of the discrepancy in the order of the search
 
 
 def explain(
@@ -125,7 +126,7 @@ class _Weighed:
     def beside_all(self, explanations: Sequence[Explanation]) -> None:
         """Weigh fitted explanations beside each size, the largest first: who is hopeless there, is so beside all."""
         remaining = list(explanations)
-        for size in sorted(SIZES, reverse=True):
+        for size in NARROWING:
             self._weigh(size, remaining)
             near = self._near(size)
             remaining = [e for e in remaining if e in near]
@@ -142,12 +143,13 @@ class _Weighed:
         return [laws[int(np.argmax(log_posterior(laws)))]] if laws else []
 
     def leaders(self) -> list[Marginal]:
-        """The most probable laws, and what may still win.
+        """The most probable laws where forms may be wrong, and what may still win.
 
         That is the most probable free curve, with or without laws, and the best laws that are not the leader's with
         one more or fewer: which of two that are much alike acts may show only beside others.
         """
-        log_p = dict(zip(self.marginals, log_posterior(self.marginals).tolist(), strict=True))
+        searched = [m for m in self.marginals if m.discrepancy]
+        log_p = dict(zip(searched, log_posterior(searched).tolist(), strict=True))
         ranked = sorted(log_p, key=lambda m: -log_p[m])
         laws = [m for m in ranked if not is_free_curve(m.explanation)]
         own = set(laws[0].explanation)
@@ -170,7 +172,7 @@ class _Weighed:
     def complete(self) -> None:
         """Weigh beside every size, and alone, what is not hopeless."""
         near = self._best_of_each().keys()
-        for size in NARROWING:
+        for size in (*NARROWING, 0.0):
             self._weigh(size, sorted(near - self.known(size)))
 
     def with_changes(self) -> list[Marginal]:
