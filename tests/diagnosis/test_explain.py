@@ -58,10 +58,10 @@ def test_what_laws_alone_leave_is_found_by_adding_one(two: Observations, alone: 
     assert sizes(()) == {0.0, max(SIZES)}  # it is hopeless
 
 
-def test_the_search_goes_from_wide_discrepancies_to_exact_forms(
+def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
     two: Observations, alone: list[Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And from each to the next narrower one with what was found."""
+    """And from each to the next narrower one with what was found; exact forms are only weighed."""
     sizes: list[float] = []
 
     def propose(ground: Ground, effects: object, known: set[Explanation]) -> list[Fit]:
@@ -73,14 +73,17 @@ def test_the_search_goes_from_wide_discrepancies_to_exact_forms(
         return [fit(ground.observations, LAWS, begin(RIG.values, [12.0], [0.04]))]
 
     monkeypatch.setattr(explain_module, "PROPOSALS", (propose,))
-    fits, _ = explain(two, alone, KEPT)
+    fits, evidence = explain(two, alone, KEPT)
     narrowing = sizes[: len(set(sizes))]
     assert narrowing == sorted(narrowing, reverse=True) and len(narrowing) > 2
+    assert 0.0 not in sizes
     assert LAWS in {f.explanation for f in fits}
+    assert (LAWS, 0.0) in {(m.explanation, m.discrepancy) for m in evidence}
 
 
 def _leaders(log_z: dict[Explanation, float]) -> list[Explanation]:
-    marginals = [Marginal(e, 0.0, -z, 0.0) for e, z in log_z.items()]
+    marginals = [Marginal(e, min(SIZES), -z, 0.0) for e, z in log_z.items()]
+    marginals.append(Marginal(("end_stop",), 0.0, 0.0, 0.0))  # with exact forms, which are not searched
     weighed = SimpleNamespace(plain=log_z, marginals=marginals)
     return [m.explanation for m in _Weighed.leaders(cast(_Weighed, weighed))]
 
