@@ -1,4 +1,4 @@
-"""All explanations with their evidence: laws in any number and free curves, each with forms that are exact
+"""All explanations with their evidence: laws, one or several, and free curves, each with forms that are exact
 and with forms that are a little wrong.
 
 Which laws are fitted together is found by proposals: from the most probable laws one is added, dropped or swapped for
