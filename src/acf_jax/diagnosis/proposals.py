@@ -14,9 +14,7 @@ from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import RIG, Explanation, split
 
 PROMISING = 3  # explanations of each kind that are fitted: of more, those that promise less hardly ever win
-MOST = (
-    4  # laws that are fitted together: each more compiles larger programs, for effects too small to be named
-)
+MOST = 4  # laws fitted together: each more compiles larger programs, for effects too small to name
 NEAR = 20  # iterations of a fit that begins near its optimum
 
 
