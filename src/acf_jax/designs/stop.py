@@ -10,7 +10,9 @@ from acf_jax.contact.model import spread
 from acf_jax.contact.stop import Stop, latest_stop, stop_of
 from acf_jax.designs.task import Task
 
-ROUNDING = 1e-4  # of the limit, which a design touches: more than a simulation adds for what its samples miss
+# a design touches the limit as one simulation has it, and is asked about by another, with steps of its own
+ROUNDING = 1e-4  # of the limit: more than their forces differ by
+OF_SPREAD = 0.05  # of a standard deviation: more than theirs do where a law has a kink
 
 
 def needed_stop(task: Task, z: np.ndarray, factor: float) -> Stop | None:
@@ -22,10 +24,13 @@ def needed_stop(task: Task, z: np.ndarray, factor: float) -> Stop | None:
     if isinstance(law, Ended):
         return stop_of(Ending(*map(float, law.ending)), v_e)
 
+    _, first = spread(task.model, jnp.asarray(z), WALL, jnp.asarray(factor))
+    highest = task.limit * (1 + ROUNDING) + OF_SPREAD * abs(factor) * float(first.std)
+
     def keeps(time: float) -> bool:
         ending = Ending(*map(jnp.asarray, Ending(stop_after=time)))
         peak, own = spread(ended(task.model, ending), jnp.asarray(z), WALL, jnp.asarray(factor))
-        return bool(peak.exists) and float(peak.force + factor * own.std) <= task.limit * (1 + ROUNDING)
+        return bool(peak.exists) and float(peak.force + factor * own.std) <= highest
 
     time = latest_stop(keeps)
     return None if time is None else Stop(time, time * v_e)
