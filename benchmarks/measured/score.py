@@ -16,6 +16,7 @@ from acf_jax.files import write_text
 from benchmarks.measured.answers import OUTCOMES, outcome, read_answers
 
 LONGEST = 1800.0  # s that one diagnosis may take
+SECONDS = "seconds.txt"  # that it took, beside it
 
 
 def score(sets: Path, out: Path, only: Sequence[str] | None = None) -> None:
@@ -34,12 +35,11 @@ def score(sets: Path, out: Path, only: Sequence[str] | None = None) -> None:
         if name not in answers or (only and rig not in only and name not in only):
             continue
         try:
-            took = _diagnose(folder, out / rig / name)
+            _diagnose(folder, out / rig / name)
         except InputError as error:  # one set without an answer is no reason to lose the others
             failed += error.faults
             continue
-        document = out / rig / name / "diagnosis.json"
-        rows.append(_row(rig, name, len(read_dataset(folder).trials), took, document, answers[name]))
+        rows.append(_row(rig, name, len(read_dataset(folder).trials), out / rig / name, answers[name]))
         print(_line(rows[-1]), flush=True)
     if not rows and not failed:
         raise InputError([f"{sets} holds no set that has an answer; write them with `build`"])
@@ -50,10 +50,10 @@ def score(sets: Path, out: Path, only: Sequence[str] | None = None) -> None:
         raise InputError(failed)
 
 
-def _diagnose(folder: Path, out: Path) -> float | None:
-    """Run `diagnose` unless its result is there; the seconds that it took."""
+def _diagnose(folder: Path, out: Path) -> None:
+    """Run `diagnose` unless its result is there."""
     if (out / "diagnosis.json").is_file():
-        return None
+        return
     began = time.monotonic()
     command = [sys.executable, "-m", "acf_jax", "diagnose", str(folder), "--out", str(out)]
     try:
@@ -62,10 +62,11 @@ def _diagnose(folder: Path, out: Path) -> float | None:
         raise InputError([f"{folder}: {error.stderr.strip()}"]) from error
     except subprocess.TimeoutExpired as error:
         raise InputError([f"{folder}: no answer after {LONGEST:.0f} s; build a smaller set"]) from error
-    return time.monotonic() - began
+    write_text(out / SECONDS, f"{time.monotonic() - began:.1f}\n")
 
 
-def _row(rig: str, name: str, trials: int, took: float | None, path: Path, answer: Any) -> dict[str, Any]:
+def _row(rig: str, name: str, trials: int, result: Path, answer: Any) -> dict[str, Any]:
+    path, seconds = result / "diagnosis.json", result / SECONDS
     found = parse_json(path.read_text("utf-8"), path, "diagnose the set again")
     first = found["explanations"][0]
     return {
@@ -81,7 +82,7 @@ def _row(rig: str, name: str, trials: int, took: float | None, path: Path, answe
         "excluded": [entry["trial"] for entry in found["excluded_trials"]],
         "gap": found["gap"],
         "outcome": outcome(answer, found),
-        "seconds": took,
+        "seconds": float(seconds.read_text("utf-8")) if seconds.is_file() else None,
     }
 
 

@@ -1,7 +1,7 @@
 """What every method is asked: data sets whose cause is known, with our diagnosis of each."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from acf_jax.evidence.marginal import Marginal, read_evidence
 from acf_jax.files import read_json_mapping
 from benchmarks.measured.answers import Answer as Known
 from benchmarks.measured.answers import read_answers
+from benchmarks.measured.score import SECONDS
 from validation.blind.answer import ANSWER, DIAGNOSIS, Answer, Class, Failed, Said, read_answer, read_said
 from validation.blind.campaign import WITHHELD
 from validation.blind.score import UNKNOWN, asked
@@ -38,14 +39,14 @@ class Case:
     name: str
     kind: str  # "none", "single", "pair", "unknown", "lifelike" or "measured"
     data: Path
-    truth: tuple[str, ...]
-    background: tuple[str, ...]  # small effects, which may be named as well
-    neighbours: dict[str, float]  # of an unknown cause: what imitates it
-    withheld: str  # the effect that no method shall know
-    classes: tuple[Class, ...]  # what these trials cannot tell apart
     ours: Named
     evidence: tuple[Marginal, ...]  # the fits of our diagnosis
-    known: Known | None = None  # of a measured set, in place of a truth
+    known: Known | None = None  # of a measured set, in place of all that follows
+    truth: tuple[str, ...] = ()
+    background: tuple[str, ...] = ()  # small effects, which may be named as well
+    neighbours: dict[str, float] = field(default_factory=dict)  # of an unknown cause: what imitates it
+    withheld: str = ""  # the effect that no method shall know
+    classes: tuple[Class, ...] = ()  # what these trials cannot tell apart
 
 
 def read_run(run: Path) -> list[Case]:
@@ -68,12 +69,7 @@ def read_measured(sets: Path, results: Path) -> list[Case]:
                         name=name,
                         kind="measured",
                         data=sets / found.parent.relative_to(results),
-                        truth=(),
-                        background=(),
-                        neighbours={},
-                        withheld="",
-                        classes=(),
-                        ours=Named(_scored(said), float("nan")),
+                        ours=Named(_scored(said), _seconds(found.parent / SECONDS)),
                         evidence=read_evidence(found),
                         known=known,
                     )
@@ -114,7 +110,7 @@ def read_cases(sets: Path, results: Path) -> list[Case]:
                     neighbours=row["neighbours"],
                     withheld=str(withheld.get(name, "")),
                     classes=said.indistinguishable,
-                    ours=Named(_scored(said), _seconds(results / name / "seconds.txt")),
+                    ours=Named(_scored(said), _seconds(results / name / SECONDS)),
                     evidence=read_evidence(results / name / DIAGNOSIS),
                 )
             )
