@@ -55,6 +55,13 @@ def test_the_prior_of_a_size_is_flat_in_its_logarithm(size: float, std: float) -
     assert normal + correction == pytest.approx(np.log(flat), abs=0.1)
 
 
+def test_strengths_that_end_at_nothing_are_no_gain() -> None:
+    """Of two that together are far below what can be told, how small they are says nothing."""
+    variance = np.diag([0.1**2, 0.1**2])
+    tiny, small = (_of_size(np.full(2, size), variance) for size in (1e-29, 1e-3))
+    assert tiny == pytest.approx(small, abs=0.1)
+
+
 def test_an_effect_that_does_nothing_costs_as_much_as_sizes_that_are_not_seen(
     few: Observations, law: Fit
 ) -> None:

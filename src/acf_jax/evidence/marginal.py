@@ -89,11 +89,10 @@ def _of_size(u: np.ndarray, variance: np.ndarray) -> float:
     Their sum r is log-uniform, their shares of it are uniform. `variance`: (k, k) of the strengths.
     """
     k, total = len(u), float(np.abs(u).sum())
-    if not k or total == 0:
+    if not k:
         return float(logsumexp(-0.5 * SIZES**2) - np.log(len(SIZES)))  # it is not there
-    sign = np.sign(u)
-    std = float(np.sqrt(sign @ variance @ sign))
-    distance = total / std
-    size = logsumexp(-0.5 * (np.minimum(SIZES[-1], distance) - SIZES) ** 2) - np.log(len(SIZES)) - np.log(std)
-    shares = (k - 1) * (0.5 * np.log(2 * np.pi) - np.log(total)) + gammaln(k)
-    return float(size + shares + 0.5 * (u**2).sum())
+    sign = np.where(u < 0, -1.0, 1.0)
+    std = max(float(np.sqrt(sign @ variance @ sign)), total / SIZES[-1])
+    size = logsumexp(-0.5 * (total / std - SIZES) ** 2 - (k - 1) * np.log(SIZES)) - np.log(len(SIZES))
+    shares = (k - 1) * 0.5 * np.log(2 * np.pi) + gammaln(k)
+    return float(size + shares - k * np.log(std) + 0.5 * (u**2).sum())
