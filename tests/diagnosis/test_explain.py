@@ -12,12 +12,12 @@ from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.explain import _Weighed, explain
 from acf_jax.diagnosis.proposals import add, drop, swap
 from acf_jax.evidence.marginal import Marginal
-from acf_jax.evidence.posterior import posterior
+from acf_jax.evidence.posterior import UNKNOWN, posterior
 from acf_jax.inference.baseline import Ground
-from acf_jax.inference.discrepancy import SIZES
+from acf_jax.inference.discrepancy import FORMS, SIZES
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, begin
+from acf_jax.inference.parameters import Explanation, begin, starts
 from tests.few import few_explanations
 from tests.imagined import RIG, imagined
 
@@ -54,8 +54,24 @@ def test_what_laws_alone_leave_is_found_by_adding_one(two: Observations, alone: 
     def sizes(explanation: Explanation) -> set[float]:
         return {m.discrepancy for m in evidence if m.explanation == explanation}
 
-    assert sizes(LAWS) == {0.0, *SIZES}
-    assert sizes(()) == {0.0, max(SIZES)}  # it is hopeless
+    assert sizes(LAWS) == {0.0, *(size for size in SIZES if size <= FORMS)}
+    assert sizes(()) == {0.0, FORMS}  # it is hopeless
+
+
+def test_what_is_missed_by_more_than_forms_are_wrong_is_unknown(
+    two: Observations, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The force of a motor at 700 Hz, in another phase at each condition, which no law has."""
+    phase = 2 * np.pi * 700 * two.time + 2.0 * two.condition[:, None]
+    o = replace(two, force=np.where(two.used, two.force * (1 + 0.3 * np.sin(phase)), 0.0))
+    monkeypatch.setattr(explain_module, "PROPOSALS", ())
+    fits = [fit_nominal(o), fit(o, ("gravity",), begin(RIG.values, [6.0]))]
+    fits.append(fit(o, ("unknown_contact",), begin(RIG.values, starts("unknown_contact", o.measures)[0])))
+    _, evidence = explain(o, fits, KEPT)
+    best = max(evidence, key=lambda m: m.log_z)
+    assert best.discrepancy > FORMS
+    scored = posterior(evidence).scored
+    assert scored[0].explanation == UNKNOWN and scored[0].probability > 0.5
 
 
 def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(

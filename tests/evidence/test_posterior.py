@@ -61,6 +61,17 @@ def test_an_explanation_is_as_probable_as_beside_all_discrepancies_together() ->
     assert p[2:].sum() > p[1] and both.of(GRAVITY) == pytest.approx(alone.of(GRAVITY), abs=0.01)
 
 
+@pytest.mark.parametrize("explanation", [(), GRAVITY])
+def test_what_is_missing_is_stated_by_its_share_of_all_causes(explanation: Explanation) -> None:
+    changes = (4.0,) * len(explanation)
+    for missing, share in ((0.0, 0.0), (3.0, 9 / 25 if explanation else 1.0)):
+        rows = [
+            Marginal(explanation, 0.1, 500.0, 0.0, 0.0, changes, missing),
+            Marginal(ROBOT, 0.1, 600.0, 0.0),
+        ]
+        assert dict(posterior(rows, PLAIN).scored)[UNKNOWN] == pytest.approx(share, abs=1e-4)
+
+
 def test_the_component_of_an_unknown_cause_is_told_by_its_curves_and_several_laws_count_each() -> None:
     sensor = ("unknown_sensor",)
     rows = [((), 5000.0), (ROBOT, 500.0), (sensor, 501.0), (("gravity", "sensor_lag"), 506.0)]

@@ -35,6 +35,7 @@ from acf_jax.errors import suggestion
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored, credible_set, posterior
 from acf_jax.gap_model import FORM_MOST
+from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations, observe
 from acf_jax.inference.parameters import Explanation, begin, is_free_curve, parameters
@@ -225,6 +226,7 @@ def diagnose(
             *filter(None, [strain.statement(strain.strains(recalibrated, observations.prior))]),
             *filter(None, [_doubt(scored[0].explanation, fits, evidence, observations)]),
             *filter(None, [motion.statement(observations, recalibrated)]),
+            *_of_discrepancy(told),
             *_of_minor(corrected, scored[0].explanation),
             *_of_model(comparison, form["corrected"]),
             *_of_bounds(corrected),
@@ -315,6 +317,18 @@ def _of_scatter(before: float, within: float) -> list[str]:
         f"repeats of a condition differ by {within:.3g} N a sample, {within / before:.0f} times the noise before"
         " contact, beyond rings, triggers, velocities and pretensions: it counts as noise, and hides every smaller"
         " cause; find out what differs from trial to trial"
+    ]
+
+
+def _of_discrepancy(told: Posterior) -> list[str]:
+    """What is said where the most probable explanation misses by more than forms that are a little wrong."""
+    sizes = told.discrepancy[told.scored[0].explanation]
+    size = max(sizes, key=lambda size: sizes[size])
+    if size <= FORMS:
+        return []
+    return [
+        f"the most probable explanation misses the traces by about {size:.0%} of the force, more than a law whose form"
+        f" is a little wrong ({FORMS:.0%}): a cause is missing that none of the laws and free curves describes"
     ]
 
 

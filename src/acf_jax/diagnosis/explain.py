@@ -4,9 +4,10 @@ and with forms that are a little wrong.
 Which laws are fitted together is found by proposals: from the most probable laws one is added, dropped or swapped for
 another, until no such explanation is more probable. This is done beside the largest discrepancy first: there large
 effects are told from one another, and small ones are part of the discrepancy. Then beside the next smaller ones: what
-was found becomes the start. Exact forms are weighed, but not searched: every trace shows the small effects of a rig,
-and what the forms of large ones get wrong, by many times the noise, so that law after law would be added to make up
-for it.
+was found becomes the start. The largest is that of inexact forms, or where even the best explanation misses by far
+more, the one beside which that is most probable. Exact forms are weighed, but not searched: every trace shows the small
+effects of a rig, and what the forms of large ones get wrong, by many times the noise, so that law after law would be
+added to make up for it.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +24,7 @@ from acf_jax.evidence.marginal import Marginal, marginal
 from acf_jax.evidence.posterior import log_posterior
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.changes import changes
-from acf_jax.inference.discrepancy import SIZES, discrepancy
+from acf_jax.inference.discrepancy import FORMS, SIZES, discrepancy
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, is_free_curve, parameters
@@ -34,7 +35,8 @@ BEHIND = 20.0  # log probability by which an explanation may lie behind and stil
 HOPELESS = 2 * BEHIND  # the same beside one size of the discrepancy, from which on no other size is tried
 EXACT = 0.1  # log probability that an iteration has to gain
 ROUNDS = 4  # of proposals beside each size at most: it bounds the time, since each adds a law or ends
-NARROWING = sorted(SIZES, reverse=True)  # sizes of the discrepancy in the order of the search
+NARROWING = sorted((s for s in SIZES if s <= FORMS), reverse=True)  # sizes of the discrepancy as searched
+WIDENING = sorted(s for s in SIZES if s > FORMS)  # those that are taken where they are more probable
 
 
 def explain(
@@ -53,7 +55,7 @@ def explain(
     """
     weighed = _Weighed(observations, fits, told)
     weighed.beside_all(_chosen(fits))
-    for size in NARROWING:
+    for size in weighed.sizes:
         weighed.bring(size)
         _improve(weighed, effects, partial(weighed.best_laws, size))
         if weighed.is_wider_better(size):
@@ -100,6 +102,7 @@ class _Weighed:
         self.observations = {0.0: observations} | {
             size: replace(observations, discrepancy=discrepancy(observations, size)) for size in SIZES
         }
+        self.sizes = list(NARROWING)
         self.take(fits, 0.0)
 
     @property
@@ -110,7 +113,7 @@ class _Weighed:
     def take(self, found: Sequence[Fit], size: float) -> None:
         """Note fits beside a size, of each explanation the best."""
         sound = [f for f in found if np.isfinite(f.objective)]
-        ends = [_End(marginal(f, size), f.theta, f.nuisance, f.program) for f in sound]
+        ends = [_End(self._evidence(f, size), f.theta, f.nuisance, f.program) for f in sound]
         for fitted, end in zip(sound, ends, strict=True):
             key = fitted.explanation, size
             if key not in self.ends or end.evidence.objective < self.ends[key].evidence.objective:
@@ -119,6 +122,14 @@ class _Weighed:
                     self.plain[fitted.explanation] = fitted
         self.told([end.evidence for end in ends])
 
+    def _evidence(self, fitted: Fit, size: float) -> Marginal:
+        noise, exact = self.observations[size].whiten, self.observations[0.0].whiten
+        found = marginal(fitted, size, noise.log_volume - exact.log_volume)
+        if size <= FORMS:
+            return found
+        o = self.observations[0.0]
+        return found._replace(missing=float(size * np.sqrt((o.force[o.used] ** 2).mean())))
+
     def known(self, size: float) -> set[Explanation]:
         """What is weighed beside a size."""
         return {e for e, beside in self.ends if beside == size}
@@ -126,14 +137,27 @@ class _Weighed:
     def beside_all(self, explanations: Sequence[Explanation]) -> None:
         """Weigh fitted explanations beside each size, the largest first: who is hopeless there, is so beside all."""
         remaining = list(explanations)
-        for size in NARROWING:
-            self._weigh(size, remaining)
+        self._weigh(self.sizes[0], remaining)
+        for wider in WIDENING:
+            if not self._is_more_probable(wider):
+                break
+            self.sizes.insert(0, wider)
+            self._weigh(wider, remaining)
+        for size in self.sizes:
+            self._weigh(size, [e for e in remaining if e not in self.known(size)])
             near = self._near(size)
             remaining = [e for e in remaining if e in near]
 
+    def _is_more_probable(self, wider: float) -> bool:
+        """Whether the best explanation beside the widest size that was weighed is more probable beside a wider one."""
+        widest = self.sizes[0]
+        best = max(self.known(widest), key=lambda e: self.ends[e, widest].evidence.log_z)
+        there = self._evidence(self._fitted(wider, best, widest), wider)
+        return there.log_z > self.ends[best, widest].evidence.log_z
+
     def bring(self, size: float) -> None:
         """Weigh beside a size what is among the best beside the next wider one, from where that ended."""
-        for wider in [beside for beside in NARROWING if beside > size][-1:]:
+        for wider in [beside for beside in self.sizes if beside > size][-1:]:
             best = sorted(self._near(wider), key=lambda e: -self.ends[e, wider].evidence.log_z)[:SEVERAL]
             self.take(in_parallel([partial(self._fitted, size, e, wider) for e in best]), size)
 
@@ -172,15 +196,19 @@ class _Weighed:
     def complete(self) -> None:
         """Weigh beside every size, and alone, what is not hopeless."""
         near = self._best_of_each().keys()
-        for size in (*NARROWING, 0.0):
+        for size in (*self.sizes, 0.0):
             self._weigh(size, sorted(near - self.known(size)))
 
     def with_changes(self) -> list[Marginal]:
-        """The evidence of everything; what each law changes about the force, of explanations that are not hopeless."""
+        """The evidence of everything; what each law changes about the force, of explanations that are not hopeless.
+
+        That of one law only where it is compared with what is missing.
+        """
         best = self._best_of_each()
-        several = [e for e in best if len(e) > 1 and not is_free_curve(e)]
-        found = in_parallel([partial(self._changes, best[e]) for e in several])
-        of = dict(zip(several, found, strict=True))
+        few = 1 if self.sizes[0] > FORMS else 2
+        laws = [e for e in best if len(e) >= few and not is_free_curve(e)]
+        found = in_parallel([partial(self._changes, best[e]) for e in laws])
+        of = dict(zip(laws, found, strict=True))
         return [m._replace(changes=of.get(m.explanation, ())) for m in self.marginals]
 
     def _best_of_each(self) -> dict[Explanation, Marginal]:

@@ -31,6 +31,7 @@ class Marginal(NamedTuple):
     log_occam: float  # log Z + objective
     strain: float = 0.0  # squared distance of the rig from its prior, in standard deviations
     changes: tuple[float, ...] = ()  # N RMS, what each law changes about the force; none where not asked
+    missing: float = 0.0  # N RMS, a discrepancy that is larger than forms are wrong
 
     @property
     def log_z(self) -> float:
@@ -53,6 +54,7 @@ def read_evidence(path: Path) -> tuple[Marginal, ...]:
                 entry["log_occam"],
                 entry["strain"],
                 tuple(entry["force_changes_n"]),
+                entry.get("missing_n", 0.0),
             )
             for entry in content.get("evidence") or ()
         )
@@ -60,8 +62,8 @@ def read_evidence(path: Path) -> tuple[Marginal, ...]:
         raise InputError(f"{path}: evidence: is not as this version writes it; diagnose again") from None
 
 
-def marginal(fitted: Fit, discrepancy: float = 0.0) -> Marginal:
-    """The evidence of a fit."""
+def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> Marginal:
+    """The evidence of a fit; `log_volume`: by how much that of the noise is larger than without the discrepancy."""
     normal = normal_equations(fitted.linear, fitted.u, fitted.nuisance)
     held, occam = np.zeros(len(fitted.u), bool), 0.0
     at = len(RIG)
@@ -80,7 +82,9 @@ def marginal(fitted: Fit, discrepancy: float = 0.0) -> Marginal:
         - np.linalg.slogdet(normal.nuisance_inverse)[1].sum()
     )
     strain = float((fitted.u[: len(RIG)] ** 2).sum())
-    return Marginal(fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume), strain)
+    return Marginal(
+        fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume - log_volume), strain
+    )
 
 
 def _of_size(u: np.ndarray, variance: np.ndarray) -> float:

@@ -85,16 +85,21 @@ def log_posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> np.
 
 
 def hidden(m: Marginal, learnt: Learnt = LEARNT) -> float:
-    """Probability that besides what an explanation has an unknown cause hides in its rig, were nothing else possible.
+    """Probability that besides what an explanation has an unknown cause is there and to be stated, were nothing else
+    possible.
 
-    Then each constant of the rig lies `hiding` standard deviations from what is known of it, not one. A free curve is
-    unknown already.
+    A discrepancy that is larger than forms are wrong is such a cause: it is stated in proportion to its share of the
+    mean square of all that causes change about the force. Or a cause hides in the rig: then each of its constants lies
+    `hiding` standard deviations from what is known of it, not one. A free curve is unknown already.
     """
     if is_free_curve(m.explanation):
         return 0.0
     wide = learnt.hiding
     log_odds = 0.5 * m.strain * (1 - wide**-2) - len(RIG) * np.log(wide) - learnt.free_curve
-    return float(expit(log_odds))
+    seen = 0.0
+    if m.missing > 0:
+        seen = m.missing**2 / (m.missing**2 + float(np.square(m.changes).sum()))
+    return float(1 - (1 - seen) * expit(-log_odds))
 
 
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:

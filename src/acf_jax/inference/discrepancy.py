@@ -6,13 +6,18 @@ only begun. Half of its variance is the same share of the force in all trials, s
 other half differs between conditions. As a Gaussian process it is noise of its own kind, beside which a law has to
 explain more than that to be named (Kennedy and O'Hagan, 'Bayesian calibration of computer models', J. R. Stat. Soc. B
 63, 2001).
+
+Where a cause is missing, nothing is known of how fast its force is: rings come besides. Then as much again is rough: a
+process that is forgotten within the time in which the fastest wave changes, so that its power falls with frequency.
 """
 
 import numpy as np
 
 from acf_jax.inference.observations import Discrepancy, Observations
+from acf_jax.inference.whitening import Rough
 
-SIZES = (0.003, 0.01, 0.03)  # shares of the force: a quadrature over what rigs have
+SIZES = (0.003, 0.01, 0.03, 0.1, 0.3)  # shares of the force: a quadrature over what rigs have
+FORMS = 0.03  # of these the largest that inexact forms and small effects add: beyond it a cause is missing
 FASTEST = (
     2.0  # times the frequency of the mass on the contact: faster ones are rings, but for the first moments
 )
@@ -21,7 +26,7 @@ MOST = 32  # waves, which bounds the time that long traces take
 
 
 def discrepancy(observations: Observations, size: float) -> Discrepancy:
-    """The waves of each trial and those of all, which together are as large as the share `size` of the force.
+    """What is as large as the share `size` of the force: waves of each trial and of all, beyond `FORMS` roughness, too.
 
     Repeats share the waves of their condition; drawn anew in each of r repeats, and the root of r larger, they leave
     the mean of the repeats the same.
@@ -37,7 +42,10 @@ def discrepancy(observations: Observations, size: float) -> Discrepancy:
     envelope = np.array([_envelope(o, i, period / 2, spacing[i]) for i in range(len(o.names))])
     waves = size * np.sqrt(2 / count) * np.cos(phase) * (envelope * o.along)[:, None]
     own = np.sqrt((1 - SHARED) * repeats[condition])[:, None, None]
-    return Discrepancy(own * waves, np.sqrt(SHARED) * waves)
+    rough = None
+    if size > FORMS:
+        rough = Rough(size * envelope * o.along, 1 / (2 * np.pi * FASTEST * o.measures.frequency))
+    return Discrepancy(own * waves, np.sqrt(SHARED) * waves, rough)
 
 
 def _turns(o: Observations, time: np.ndarray | float) -> np.ndarray:

@@ -14,7 +14,7 @@ from acf_jax.inference.parameters import COMMON, Measures
 from acf_jax.inference.ring import Ring, ringing
 from acf_jax.inference.robot_motion import WALKS, RobotMotion, robot_motion, velocity_std
 from acf_jax.inference.unfinished import digest
-from acf_jax.inference.whitening import Whitener
+from acf_jax.inference.whitening import Rough, Whitener
 
 LEAST_TRIALS = 3
 AT_LEAST, AT_MOST = 24.0, 45.0  # of a trace that is compared, in units of 1/omega: four to seven periods
@@ -34,6 +34,12 @@ class Discrepancy(NamedTuple):
 
     own: np.ndarray  # of each trial
     shared: np.ndarray  # the same in all trials
+    rough: Rough | None = None  # of each trial, faster than any wave
+
+    def of(self, index: np.ndarray) -> "Discrepancy":
+        """That of some of the trials."""
+        rough = self.rough and Rough(self.rough.std[index], self.rough.correlation_time)
+        return Discrepancy(self.own[index], self.shared[index], rough)
 
 
 @dataclass(frozen=True)
@@ -183,7 +189,7 @@ class Observations:
     def whiten(self) -> Whitener:
         """Forces (trials, rows, n) in units of independent noise."""
         # bounds far below the force count as noise of zero there: a few samples in hundreds
-        return Whitener(self.time, self.weighed, self.noise)
+        return Whitener(self.time, self.weighed, self.noise, self.discrepancy and self.discrepancy.rough)
 
     def subset(self, keep: np.ndarray) -> "Observations":
         """The trials for which `keep` is true."""
@@ -194,7 +200,7 @@ class Observations:
             names=tuple(self.names[i] for i in index),
             **{name: getattr(self, name)[index] for name in rows},
             robot=self.robot and self.robot.of(index),
-            discrepancy=self.discrepancy and Discrepancy(*(waves[index] for waves in self.discrepancy)),
+            discrepancy=self.discrepancy and self.discrepancy.of(index),
             censored=None if self.censored is None else self.censored[index],
         )
 

@@ -1,46 +1,69 @@
 """Coloured noise made independent: what each sample says beyond the samples before it.
 
-The noise of `acf_jax.dataset.Noise` is a process of one state behind white noise, so a Kalman filter gives the same as
+Noise that is correlated in time is a process of one state behind white noise, so a Kalman filter gives the same as
 the inverse of the covariance's Cholesky factor, at a cost in proportion to the samples (Anderson and Moore, Optimal
-Filtering, 1979, chapter 5).
+Filtering, 1979, chapter 5). The noise of `acf_jax.dataset.Noise` is one such process, the rough part of a discrepancy
+is another.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from acf_jax.dataset import Noise
 
 
+class Rough(NamedTuple):
+    """A process that is forgotten exponentially (Ornstein-Uhlenbeck)."""
+
+    std: np.ndarray  # (trials, n) N
+    correlation_time: float  # s
+
+
 class Whitener:
     """Turns forces in N into units of independent noise of unit variance."""
 
-    def __init__(self, times: np.ndarray, used: np.ndarray, noise: Noise):
+    def __init__(self, times: np.ndarray, used: np.ndarray, noise: Noise, rough: Rough | None = None):
         """`times`: (trials, n) s, increasing where `used` (trials, n): samples first, padding after them."""
         self.used, self.noise = used[:, None], noise
         # of the standard deviations of all samples beyond what those before them say
         self.log_volume = float(used.sum() * np.log(noise.std))
-        if noise.is_white:
+        states = [] if noise.is_white else [(noise.std * np.sqrt(noise.share), noise.correlation_time)]
+        states += [] if rough is None else [rough]
+        self.states = len(states)
+        if not states:
             return
-        independent = 1 - noise.share
         steps = np.where(used[:, 1:], np.diff(times), np.inf)
-        decay, gain, scale = np.zeros_like(times), np.empty_like(times), np.empty_like(times)
-        decay[:, :-1] = np.exp(-steps / noise.correlation_time)
-        variance = np.full(len(times), noise.share)  # of the state, in units of that of a sample
+        steps = np.pad(steps, ((0, 0), (0, 1)), constant_values=np.inf)
+        size = np.stack([np.broadcast_to(std, times.shape) for std, _ in states])  # (states, trials, n)
+        decay = np.stack([np.exp(-steps / time) for _, time in states])
+        gain, scale = np.empty_like(size), np.empty_like(times)
+        variance = np.tile(
+            np.eye(self.states)[:, :, None], len(times)
+        )  # of the states, (states, states, trials)
+        independent = noise.std**2 * (1 - noise.share)
         for k in range(times.shape[1]):
-            gain[:, k] = variance / (variance + independent)
-            scale[:, k] = 1 / (noise.std * np.sqrt(variance + independent))
-            again = decay[:, k] ** 2
-            variance = again * gain[:, k] * independent + (1 - again) * noise.share
+            with_sample = np.einsum("abi,bi->ai", variance, size[:, :, k])
+            of_sample = (size[:, :, k] * with_sample).sum(0) + independent
+            gain[:, :, k] = with_sample / of_sample
+            scale[:, k] = 1 / np.sqrt(of_sample)
+            variance -= gain[:, None, :, k] * with_sample
+            pair = decay[:, None, :, k] * decay[None, :, :, k]
+            variance = pair * variance + (1 - pair) * np.eye(self.states)[:, :, None]
         self.log_volume = -float(np.log(scale[used]).sum())
-        self.decay, self.gain, self.scale = (part.T[:, :, None] for part in (decay, gain, scale))
+        self.size, self.decay, self.gain = (
+            np.moveaxis(part, 2, 0)[..., None] for part in (size, decay, gain)
+        )
+        self.scale = scale.T[:, :, None]
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Residuals and derivatives (trials, rows, n), zero where unused."""
-        if self.noise.is_white:
+        if not self.states:
             return np.asarray(values * self.used / self.noise.std)
         values = np.ascontiguousarray(np.moveaxis(values, 2, 0))
-        white, expected = np.empty_like(values), np.zeros(values.shape[1:])
+        white, state = np.empty_like(values), np.zeros((self.states, *values.shape[1:]))
         for k, value in enumerate(values):
-            new = value - expected
+            new = value - (self.size[k] * state).sum(0)
             white[k] = new * self.scale[k]
-            expected = self.decay[k] * (expected + self.gain[k] * new)
+            state = self.decay[k] * (state + self.gain[k] * new)
         return np.moveaxis(white, 0, 2) * self.used
