@@ -10,17 +10,15 @@ from acf_jax.designs import stop
 LIMIT, FACTOR, LATE = 140.0, 1.5, 0.05
 
 
-@pytest.mark.parametrize(("beyond", "latest"), [(0.03, LATE), (0.5, None)])
+@pytest.mark.parametrize(("beyond", "latest"), [(0.1, LATE), (0.5, None)])
 def test_what_two_simulations_differ_by_does_not_stop_the_robot(monkeypatch, beyond, latest):
     """A design touches its limit; the simulation until a stop has another spread, and a higher force from 50 ms on."""
     std = 0.4
     task = SimpleNamespace(model=SimpleNamespace(main=SimpleNamespace(peak=None)), limit=LIMIT)
 
     def spread(model, z, body, factor):
-        time = None if model is task.model else float(model.stop_after)
-        force = LIMIT - FACTOR * std + (10.0 if time and time > LATE else 0.0)
-        own = std * (1.0 if time is None else 1 + beyond)
-        return SimpleNamespace(force=force, exists=True), SimpleNamespace(std=own)
+        force = LIMIT - FACTOR * std + (10.0 if model.stop_after > LATE else 0.0)
+        return SimpleNamespace(force=force, exists=True), SimpleNamespace(std=std * (1 + beyond))
 
     monkeypatch.setattr(stop, "spread", spread)
     monkeypatch.setattr(stop, "ended", lambda model, ending: ending)

@@ -10,9 +10,9 @@ from acf_jax.contact.model import spread
 from acf_jax.contact.stop import Stop, latest_stop, stop_of
 from acf_jax.designs.task import Task
 
-# a design touches the limit as one simulation has it, and is asked about by another, with steps of its own
-ROUNDING = 1e-4  # of the limit: more than their forces differ by
-OF_SPREAD = 0.05  # of a standard deviation: more than theirs do where a law has a kink
+# Of the limit. A design touches it by the simulation of a first peak, the stop is asked of another, with steps and
+# alternatives of its own: their spreads differ by some percent. No sensor tells forces so close apart.
+ROUNDING = 1e-3
 
 
 def needed_stop(task: Task, z: np.ndarray, factor: float) -> Stop | None:
@@ -24,13 +24,10 @@ def needed_stop(task: Task, z: np.ndarray, factor: float) -> Stop | None:
     if isinstance(law, Ended):
         return stop_of(Ending(*map(float, law.ending)), v_e)
 
-    _, first = spread(task.model, jnp.asarray(z), WALL, jnp.asarray(factor))
-    highest = task.limit * (1 + ROUNDING) + OF_SPREAD * abs(factor) * float(first.std)
-
     def keeps(time: float) -> bool:
         ending = Ending(*map(jnp.asarray, Ending(stop_after=time)))
         peak, own = spread(ended(task.model, ending), jnp.asarray(z), WALL, jnp.asarray(factor))
-        return bool(peak.exists) and float(peak.force + factor * own.std) <= highest
+        return bool(peak.exists) and float(peak.force + factor * own.std) <= task.limit * (1 + ROUNDING)
 
     time = latest_stop(keeps)
     return None if time is None else Stop(time, time * v_e)
