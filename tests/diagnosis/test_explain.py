@@ -97,6 +97,12 @@ def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
     assert (LAWS, 0.0) in {(m.explanation, m.discrepancy) for m in evidence}
 
 
+def test_what_breaks_down_without_a_discrepancy_has_no_model_and_is_left_out() -> None:
+    rows = [Marginal((), 0.0, 9.0, 0.0), Marginal(("gravity",), 0.3, 1.0, 0.0)]
+    weighed = SimpleNamespace(plain={(): None}, marginals=rows, sizes=[0.3], _best_of_each=dict)
+    assert [m.explanation for m in _Weighed.with_changes(cast(_Weighed, weighed))] == [()]
+
+
 def _leaders(log_z: dict[Explanation, float]) -> list[Explanation]:
     marginals = [Marginal(e, min(SIZES), -z, 0.0) for e, z in log_z.items()]
     marginals.append(Marginal(("end_stop",), 0.0, 0.0, 0.0))  # with exact forms, which are not searched

@@ -202,14 +202,16 @@ class _Weighed:
     def with_changes(self) -> list[Marginal]:
         """The evidence of everything; what each law changes about the force, of explanations that are not hopeless.
 
-        That of one law only where it is compared with what is missing.
+        That of one law only where it is compared with what is missing. An explanation whose fit breaks down without a
+        discrepancy has no model, and is left out.
         """
         best = self._best_of_each()
         few = 1 if self.sizes[0] > FORMS else 2
         laws = [e for e in best if len(e) >= few and not is_free_curve(e)]
         found = in_parallel([partial(self._changes, best[e]) for e in laws])
         of = dict(zip(laws, found, strict=True))
-        return [m._replace(changes=of.get(m.explanation, ())) for m in self.marginals]
+        sound = (m for m in self.marginals if m.explanation in self.plain)
+        return [m._replace(changes=of.get(m.explanation, ())) for m in sound]
 
     def _best_of_each(self) -> dict[Explanation, Marginal]:
         """Of each explanation that is not hopeless the evidence beside the size that suits it best."""
