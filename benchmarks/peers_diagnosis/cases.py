@@ -57,13 +57,16 @@ def read_run(run: Path) -> list[Case]:
 def read_measured(sets: Path, results: Path) -> list[Case]:
     """The cases that `python -m benchmarks.measured` built and scored, but for those that ask for faulty trials.
 
+    Those of peaks alone are left out as well: not every method reads them.
+
     **Raises:** `InputError` where there is none, or diagnoses or their evidence are damaged.
     """
     cases = []
     for name, known in read_answers().items():
         for found in results.glob(f"*/{name}/{DIAGNOSIS}"):
             said = read_said(found.parent)
-            if "excluded" not in known.right and not isinstance(said, Failed):
+            is_asked = "excluded" not in known.right and _has_traces(found)
+            if is_asked and not isinstance(said, Failed):
                 cases.append(
                     Case(
                         name=name,
@@ -117,6 +120,12 @@ def read_cases(sets: Path, results: Path) -> list[Case]:
     if not cases:
         raise InputError(f"{results}: holds no diagnosis that could be made; name another run")
     return cases
+
+
+def _has_traces(document: Path) -> bool:
+    """Of peaks alone no diagnosis states an error of the force."""
+    gap = read_json_mapping(document, "diagnose again").get("gap") or {"nominal": {}}
+    return gap["nominal"].get("force_rms_n", 0.0) is not None
 
 
 def _scored(said: Said) -> tuple[tuple[Explanation, float], ...]:

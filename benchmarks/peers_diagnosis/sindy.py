@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from pysindy.differentiation import SmoothedFiniteDifference
 from pysindy.optimizers import FROLS
+from scipy.linalg import qr
 
 from acf_jax.evidence.posterior import UNKNOWN
 from benchmarks.peers_diagnosis.cases import Case, Explanation, Named
@@ -27,6 +28,7 @@ WINDOW = 0.3  # of an impact time, of the smoothing; the best of 0.2 to 0.6 on 4
 EDGE = 0.1  # of an impact time at both ends of a trace that is not used: there derivatives are poor
 CHANCE = 4.0  # mean square left, over that of noise and scatter, that is no chance
 LEFT = 0.5  # share of the variance beyond noise that may be left of what is explained
+INDEPENDENT = 1e-6  # length that is left of a unit column beside others
 HINGES = (0.4, 0.6, 0.8)  # of the largest stroke or compression, where a stop or a bottom may begin
 
 
@@ -120,8 +122,9 @@ def name_causes(traces: Traces, withheld: str = "") -> Explanation:
     columns -= basis @ (basis.T @ columns)
     lengths = np.linalg.norm(columns, axis=0)
     alive = lengths > 1e-3  # the others are combinations of the rig's terms
-    causes = [term for term, is_alive in zip(causes, alive, strict=True) if is_alive]
-    columns = columns[:, alive] / lengths[alive]
+    columns[:, alive] /= lengths[alive]
+    kept = np.flatnonzero(alive)[independent_of(columns[:, alive])]
+    causes, columns = [causes[k] for k in kept], columns[:, kept]
     samples = motion.t.size
     independent = max(samples / _window(traces), float(len(causes) + 2))
     picked, rest = pick(columns, target, independent)
@@ -130,6 +133,15 @@ def name_causes(traces: Traces, withheld: str = "") -> Explanation:
     by_chance = noise(traces) ** 2 + traces.spread[0] ** 2 * float((motion.force**2).mean())
     is_left = after > CHANCE * by_chance and after - by_chance > LEFT * (before - by_chance)
     return UNKNOWN if len(found) > MOST or is_left else tuple(found)
+
+
+def independent_of(columns: np.ndarray) -> np.ndarray:
+    """Which of unit columns (samples, terms) are kept, so that none is a combination of others.
+
+    There FROLS breaks down; terms of the velocity are, where all trials have one.
+    """
+    _, r, order = qr(columns, mode="economic", pivoting=True)
+    return np.sort(order[: len(r)][np.abs(np.diag(r)) > INDEPENDENT])
 
 
 def pick(columns: np.ndarray, target: np.ndarray, independent: float) -> tuple[list[int], np.ndarray]:

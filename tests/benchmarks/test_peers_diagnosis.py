@@ -302,3 +302,13 @@ def test_sparse_regression_picks_the_term_that_acts() -> None:
     kept, rest = pick(columns, 50 * columns[:, 2] + noise, 400.0)
     assert kept == [2] and rest.std() == pytest.approx(1, abs=0.15)
     assert pick(columns, noise, 400.0)[0] == []
+
+
+def test_sparse_regression_keeps_no_term_that_is_a_combination_of_others() -> None:
+    need_module("pysindy", 'pip install ".[peers]"')
+    from benchmarks.peers_diagnosis.sindy import independent_of
+
+    columns, _ = np.linalg.qr(np.random.default_rng(0).standard_normal((40, 3)))
+    both = (columns[:, :1] + columns[:, 1:2]) / np.sqrt(2)
+    kept = independent_of(np.hstack([columns, both, columns[:, 2:]]))
+    assert len(kept) == 3 and len({0, 1, 3} & set(kept)) == 2 and len({2, 4} & set(kept)) == 1
