@@ -14,9 +14,9 @@ from acf_jax.documents import parse_json
 from acf_jax.errors import InputError
 from acf_jax.files import write_text
 from benchmarks.measured.answers import OUTCOMES, outcome, read_answers
+from validation.blind.answer import SECONDS, read_seconds
 
 LONGEST = 1800.0  # s that one diagnosis may take
-SECONDS = "seconds.txt"  # that it took, beside it
 
 
 def score(sets: Path, out: Path, only: Sequence[str] | None = None) -> None:
@@ -66,7 +66,7 @@ def _diagnose(folder: Path, out: Path) -> None:
 
 
 def _row(rig: str, name: str, trials: int, result: Path, answer: Any) -> dict[str, Any]:
-    path, seconds = result / "diagnosis.json", result / SECONDS
+    path = result / "diagnosis.json"
     found = parse_json(path.read_text("utf-8"), path, "diagnose the set again")
     first = found["explanations"][0]
     return {
@@ -82,7 +82,7 @@ def _row(rig: str, name: str, trials: int, result: Path, answer: Any) -> dict[st
         "excluded": [entry["trial"] for entry in found["excluded_trials"]],
         "gap": found["gap"],
         "outcome": outcome(answer, found),
-        "seconds": float(seconds.read_text("utf-8")) if seconds.is_file() else None,
+        "seconds": read_seconds(result),
     }
 
 

@@ -11,8 +11,17 @@ from acf_jax.evidence.marginal import Marginal, read_evidence
 from acf_jax.files import read_json_mapping
 from benchmarks.measured.answers import Answer as Known
 from benchmarks.measured.answers import read_answers
-from benchmarks.measured.score import SECONDS
-from validation.blind.answer import ANSWER, DIAGNOSIS, Answer, Class, Failed, Said, read_answer, read_said
+from validation.blind.answer import (
+    ANSWER,
+    DIAGNOSIS,
+    Answer,
+    Class,
+    Failed,
+    Said,
+    read_answer,
+    read_said,
+    read_seconds,
+)
 from validation.blind.campaign import WITHHELD
 from validation.blind.score import UNKNOWN, asked
 
@@ -72,7 +81,7 @@ def read_measured(sets: Path, results: Path) -> list[Case]:
                         name=name,
                         kind="measured",
                         data=sets / found.parent.relative_to(results),
-                        ours=Named(_scored(said), _seconds(found.parent / SECONDS)),
+                        ours=Named(_scored(said), _seconds(found.parent)),
                         evidence=read_evidence(found),
                         known=known,
                     )
@@ -113,7 +122,7 @@ def read_cases(sets: Path, results: Path) -> list[Case]:
                     neighbours=row["neighbours"],
                     withheld=str(withheld.get(name, "")),
                     classes=said.indistinguishable,
-                    ours=Named(_scored(said), _seconds(results / name / SECONDS)),
+                    ours=Named(_scored(said), _seconds(results / name)),
                     evidence=read_evidence(results / name / DIAGNOSIS),
                 )
             )
@@ -156,8 +165,6 @@ def _kind(row: dict[str, Any]) -> str:
     return "unknown" if is_plain_unknown else str(row["kind"])
 
 
-def _seconds(path: Path) -> float:
-    try:
-        return float(path.read_text("utf-8"))
-    except (OSError, ValueError):
-        return float("nan")
+def _seconds(result: Path) -> float:
+    seconds = read_seconds(result)
+    return float("nan") if seconds is None else seconds

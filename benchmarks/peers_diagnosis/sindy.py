@@ -121,10 +121,10 @@ def name_causes(traces: Traces, withheld: str = "") -> Explanation:
     columns = _normed([term.values for term in causes])
     columns -= basis @ (basis.T @ columns)
     lengths = np.linalg.norm(columns, axis=0)
-    alive = lengths > 1e-3  # the others are combinations of the rig's terms
-    columns[:, alive] /= lengths[alive]
-    kept = np.flatnonzero(alive)[independent_of(columns[:, alive])]
-    causes, columns = [causes[k] for k in kept], columns[:, kept]
+    alive = np.flatnonzero(lengths > 1e-3)  # the others are combinations of the rig's terms
+    columns = columns[:, alive] / lengths[alive]
+    kept = independent_of(columns)
+    causes, columns = [causes[k] for k in alive[kept]], columns[:, kept]
     samples = motion.t.size
     independent = max(samples / _window(traces), float(len(causes) + 2))
     picked, rest = pick(columns, target, independent)

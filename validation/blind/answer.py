@@ -8,10 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER
 from acf_jax.effects import Component, library
 from acf_jax.errors import InputError, shown
-from acf_jax.files import read_json_mapping, read_yaml_mapping
+from acf_jax.files import read_json_mapping, read_text, read_yaml_mapping
 from acf_jax.forms import check_form
 
-ANSWER, DIAGNOSIS = "answer.yaml", "diagnosis.json"
+ANSWER, DIAGNOSIS, SECONDS = "answer.yaml", "diagnosis.json", "seconds.txt"
 
 
 class _Part(BaseModel):
@@ -176,3 +176,12 @@ def read_said(result: Path) -> Said | Failed:
     if "error" in content:
         return check_form(Failed, content, path, remedy)
     return check_form(Said, content, path, remedy)
+
+
+def read_seconds(result: Path) -> float | None:
+    """How long a diagnosis took, s, as its folder says; None where it does not."""
+    path = result / SECONDS
+    try:
+        return float(read_text(path)) if path.exists() else None
+    except ValueError:
+        return None

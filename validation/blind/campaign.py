@@ -14,7 +14,7 @@ from acf_jax.errors import InputError, shown
 from acf_jax.files import read_json_mapping, read_text, read_yaml_mapping, write_text
 from acf_jax.folders import read_folder, write_folder
 from acf_jax.workers import Where, run_all
-from validation.blind.answer import DIAGNOSIS
+from validation.blind.answer import DIAGNOSIS, SECONDS
 from validation.blind.plan import WEAK, Order, draw_plan
 from validation.blind.seal import ENDED, SEAL, is_opened, seal_answers
 
@@ -144,7 +144,7 @@ def _diagnose_one(task: tuple[GapDataset, str]) -> Files:
         except InputError as error:
             return _unusable(error, dataset.digest)
         write_text(Path(scratch) / SOURCE, dataset.digest)
-        write_text(Path(scratch) / "seconds.txt", f"{time.perf_counter() - begin:.2f}\n")
+        write_text(Path(scratch) / SECONDS, f"{time.perf_counter() - begin:.2f}\n")
         return read_folder(Path(scratch))
 
 

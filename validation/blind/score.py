@@ -11,10 +11,9 @@ from acf_jax.dataset.columns import read_columns
 from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER
 from acf_jax.effects import library
 from acf_jax.errors import InputError
-from acf_jax.files import read_text
 from acf_jax.gap_model import GapModel, read_model
 from acf_jax.predict import predict
-from validation.blind.answer import Answer, Failed, Said
+from validation.blind.answer import Answer, Failed, Said, read_seconds
 from validation.blind.plan import WEAK
 
 UNKNOWN = ["unknown"]
@@ -44,7 +43,7 @@ def score_one(data: Path, result: Path, said: Said | Failed, answer: Answer) -> 
         "shrinkage": None if claim is None else {"value": claim.value, "ci95": list(claim.ci95)},
         "unexplained": _unexplained(said),
         "excluded": [e.trial for e in said.excluded_trials],
-        "seconds": _seconds(result / "seconds.txt"),
+        "seconds": read_seconds(result),
         "rig_error": _rig_error(said, answer),
         **_held_out(data, read_model(result / "model.json")),
     }
@@ -136,13 +135,6 @@ def _rig_error(said: Said, answer: Answer) -> dict[str, float]:
         if fitted and fitted.std and fitted.value is not None and name in answer.rig:
             errors[name] = (fitted.value - answer.rig[name]) / fitted.std
     return errors
-
-
-def _seconds(path: Path) -> float | None:
-    try:
-        return float(read_text(path)) if path.exists() else None
-    except ValueError:
-        return None
 
 
 def _held_out(data: Path, model: GapModel) -> dict[str, Any]:

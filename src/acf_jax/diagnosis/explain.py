@@ -99,9 +99,9 @@ class _Weighed:
         self.plain: dict[Explanation, Fit] = {}
         self.ends: dict[tuple[Explanation, float], _End] = {}
         self.told = told
-        self.observations = {0.0: observations} | {
-            size: replace(observations, discrepancy=discrepancy(observations, size)) for size in SIZES
-        }
+        self.observations = {0.0: observations}
+        for size in NARROWING:
+            self._add(size)
         self.sizes = list(NARROWING)
         self.take(fits, 0.0)
 
@@ -122,6 +122,10 @@ class _Weighed:
                     self.plain[fitted.explanation] = fitted
         self.told([end.evidence for end in ends])
 
+    def _add(self, size: float) -> None:
+        exact = self.observations[0.0]
+        self.observations[size] = replace(exact, discrepancy=discrepancy(exact, size))
+
     def _evidence(self, fitted: Fit, size: float) -> Marginal:
         noise, exact = self.observations[size].whiten, self.observations[0.0].whiten
         found = marginal(fitted, size, noise.log_volume - exact.log_volume)
@@ -139,21 +143,26 @@ class _Weighed:
         remaining = list(explanations)
         self._weigh(self.sizes[0], remaining)
         for wider in WIDENING:
-            if not self._is_more_probable(wider):
+            if not self._widen(wider):
                 break
-            self.sizes.insert(0, wider)
             self._weigh(wider, remaining)
         for size in self.sizes:
-            self._weigh(size, [e for e in remaining if e not in self.known(size)])
+            self._weigh(size, remaining)
             near = self._near(size)
             remaining = [e for e in remaining if e in near]
 
-    def _is_more_probable(self, wider: float) -> bool:
-        """Whether the best explanation beside the widest size that was weighed is more probable beside a wider one."""
+    def _widen(self, wider: float) -> bool:
+        """Go on to a wider size where the best explanation beside the widest one is more probable; whether it is."""
         widest = self.sizes[0]
         best = max(self.known(widest), key=lambda e: self.ends[e, widest].evidence.log_z)
-        there = self._evidence(self._fitted(wider, best, widest), wider)
-        return there.log_z > self.ends[best, widest].evidence.log_z
+        self._add(wider)
+        fitted = self._fitted(wider, best, widest)
+        if self._evidence(fitted, wider).log_z > self.ends[best, widest].evidence.log_z:
+            self.sizes.insert(0, wider)
+            self.take([fitted], wider)
+            return True
+        del self.observations[wider]
+        return False
 
     def bring(self, size: float) -> None:
         """Weigh beside a size what is among the best beside the next wider one, from where that ended."""
@@ -197,7 +206,7 @@ class _Weighed:
         """Weigh beside every size, and alone, what is not hopeless."""
         near = self._best_of_each().keys()
         for size in (*self.sizes, 0.0):
-            self._weigh(size, sorted(near - self.known(size)))
+            self._weigh(size, sorted(near))
 
     def with_changes(self) -> list[Marginal]:
         """The evidence of everything; what each law changes about the force, of explanations that are not hopeless.
@@ -224,9 +233,9 @@ class _Weighed:
         return changes(self.observations[0.0], m.explanation, end.theta[:count], end.program)
 
     def _weigh(self, size: float, explanations: Sequence[Explanation]) -> None:
-        """From where each ended beside the nearest size."""
-        tasks = []
-        for e in explanations:
+        """Those that are not weighed beside a size, from where each ended beside the nearest."""
+        tasks, done = [], self.known(size)
+        for e in (e for e in explanations if e not in done):
             there = (beside for known, beside in self.ends if known == e)
             tasks.append(partial(self._fitted, size, e, min(there, key=lambda beside: abs(beside - size))))
         self.take(in_parallel(tasks), size)

@@ -38,9 +38,8 @@ class Whitener:
         size = np.stack([np.broadcast_to(std, times.shape) for std, _ in states])  # (states, trials, n)
         decay = np.stack([np.exp(-steps / time) for _, time in states])
         gain, scale = np.empty_like(size), np.empty_like(times)
-        variance = np.tile(
-            np.eye(self.states)[:, :, None], len(times)
-        )  # of the states, (states, states, trials)
+        alone = np.eye(self.states)[:, :, None]
+        variance = np.tile(alone, len(times))  # of the states, (states, states, trials)
         independent = noise.std**2 * (1 - noise.share)
         for k in range(times.shape[1]):
             with_sample = np.einsum("abi,bi->ai", variance, size[:, :, k])
@@ -49,7 +48,7 @@ class Whitener:
             scale[:, k] = 1 / np.sqrt(of_sample)
             variance -= gain[:, None, :, k] * with_sample
             pair = decay[:, None, :, k] * decay[None, :, :, k]
-            variance = pair * variance + (1 - pair) * np.eye(self.states)[:, :, None]
+            variance = pair * variance + (1 - pair) * alone
         self.log_volume = -float(np.log(scale[used]).sum())
         self.size, self.decay, self.gain = (
             np.moveaxis(part, 2, 0)[..., None] for part in (size, decay, gain)
