@@ -19,7 +19,7 @@ class SensorResonance(AbstractEffect):
     share: Scalar = strength(
         "1", 0.0, 1.5, (0.2, 0.9), 0.7, "share of the force that passes through the mode"
     )
-    frequency_hz: Scalar = shape("Hz", 40.0, 4000.0, (250.0, 600.0, 1200.0), "natural frequency", looks=24)
+    frequency_hz: Scalar = shape("Hz", 40.0, 1e4, (250.0, 600.0, 1200.0), "natural frequency", looks=28)
     damping_ratio: Scalar = shape("1", 0.003, 0.15, (0.08, 0.04, 0.04), "damping ratio zeta_s")
 
     def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:

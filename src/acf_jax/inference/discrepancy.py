@@ -7,8 +7,9 @@ other half differs between conditions. As a Gaussian process it is noise of its 
 explain more than that to be named (Kennedy and O'Hagan, 'Bayesian calibration of computer models', J. R. Stat. Soc. B
 63, 2001).
 
-Where a cause is missing, nothing is known of how fast its force is: rings come besides. Then as much again is rough: a
-process that is forgotten within the time in which the fastest wave changes, so that its power falls with frequency.
+Where a cause is missing, nothing is known of how fast its force is: rings come besides, and last when the force is
+over. Then as much again is rough: a process as large all over a trace, that is forgotten within the time in which the
+fastest wave changes, so that its power falls with frequency.
 """
 
 import numpy as np
@@ -44,7 +45,8 @@ def discrepancy(observations: Observations, size: float) -> Discrepancy:
     own = np.sqrt((1 - SHARED) * repeats[condition])[:, None, None]
     rough = None
     if size > FORMS:
-        rough = Rough(size * envelope * o.along, 1 / (2 * np.pi * FASTEST * o.measures.frequency))
+        whole = np.sqrt((np.where(o.along, o.force, 0.0) ** 2).sum(1) / np.maximum(o.along.sum(1), 1))
+        rough = Rough(size * whole[:, None] * o.along, 1 / (2 * np.pi * FASTEST * o.measures.frequency))
     return Discrepancy(own * waves, np.sqrt(SHARED) * waves, rough)
 
 

@@ -50,7 +50,7 @@ class UnknownSensor(AbstractEffect):
 
     level_n: Scalar = shape("N", 10.0, 5e3, _from("level_n", 0.7), "that level", of="force")
     frequency_hz: Scalar = shape(
-        "Hz", 20.0, 4000.0, _from("frequency_hz", 300.0), "natural frequency of the dynamics"
+        "Hz", 20.0, 1e4, _from("frequency_hz", 300.0), "natural frequency of the dynamics"
     )
     damping_ratio: Scalar = shape("1", 0.005, 5.0, _from("damping_ratio", 1.0), "their damping ratio")
     play_n: Scalar = shape("N", 0.5, 1e3, _from("play_n", 0.15), "distance at which it follows", of="force")
