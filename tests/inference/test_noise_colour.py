@@ -80,3 +80,10 @@ def test_what_no_explanation_fits_says_nothing_of_noise(coloured: Coloured) -> N
     wrong = [fit(observations, (), begin(1.3 * RIG.values), warm=True, iterations=0)]
     after, fits = recoloured(observations, wrong, approaches)
     assert after is observations and fits == wrong
+
+
+def test_samples_before_contact_say_nothing_of_what_repeats_differ_by(coloured: Coloured) -> None:
+    observations, approaches, fitted = coloured
+    from_repeats = replace(observations, noise=replace(observations.noise, std=10 * NOISE, source="repeats"))
+    after, fits = recoloured(from_repeats, [fitted], approaches)
+    assert after is from_repeats and fits == [fitted]

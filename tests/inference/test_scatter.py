@@ -22,7 +22,9 @@ def scattering(size: float, trials: slice = slice(None)) -> np.ndarray:
 
 def test_repeats_that_differ_say_how_well_a_model_can_do():
     o = repeated(0.0)
-    found = with_scatter(replace(o, force=scattering(60.0), noise=Noise(0.05)))
+    quiet = Noise(0.05, share=0.9, correlation_time=0.3)  # before contact, and slow
+    found = with_scatter(replace(o, force=scattering(60.0), noise=quiet))
+    assert found.noise.is_white and found.noise.source == "repeats"
     # lines between independent normal values have two thirds of their variance
     left = found.noise.std
     assert 0.3 * 60.0 < left < 1.1 * 60.0

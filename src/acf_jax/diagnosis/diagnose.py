@@ -117,7 +117,8 @@ def diagnose(
     names = [trial.name for trial in dataset.trials]
     quality = assess_low_passed(dataset, low_pass) if low_pass else assess_dataset(dataset)
     dataset = quality.dataset if low_pass else dataset
-    observations = with_scatter(observe(quality))
+    observed = observe(quality)
+    observations = with_scatter(observed)
     excluded = dict(quality.excluded)
     for name in names:
         if name not in observations.names:
@@ -130,7 +131,7 @@ def diagnose(
     if left_out:
         excluded |= left_out
         kept = np.array([name not in left_out for name in observations.names])
-        observations = with_scatter(observations.subset(kept))
+        observations = with_scatter(observed.subset(kept))
         interim.trust(quality, excluded)
         recalibrated, fits = _fit(quality, observations, effects, progress, interim)
     progress("asking what the noise is like")

@@ -77,11 +77,13 @@ def recoloured(
 ) -> tuple[Observations, list[Fit]]:
     """The observations with the noise of `colour`, and all fits as they are with it.
 
-    Where even the best fit leaves more than noise, all stays as it is.
+    Where even the best fit leaves more than noise, all stays as it is; so it does where the noise is what repeats
+    differ by, of which the samples before contact say nothing.
     """
     best = min(fits, key=lambda f: f.objective)
     known = observations.noise
-    if observations.peak_only.all() or 2 * best.objective > noise_level(observations.n_used, known.doubt):
+    left_more = 2 * best.objective > noise_level(observations.n_used, known.doubt)
+    if observations.peak_only.all() or known.source == "repeats" or left_more:
         return observations, list(fits)
     noise = colour(observations, best, approaches)
     observations = replace(observations, noise=noise)

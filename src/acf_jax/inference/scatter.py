@@ -25,10 +25,12 @@ def with_scatter(observations: Observations) -> Observations:
     ratio = _pure_error(scattered)
     if ratio < UNLIKE:
         return scattered
-    while ratio > SETTLED:  # beside more noise rings and triggers explain less
-        noise = replace(scattered.noise, std=float(scattered.noise.std * np.sqrt(ratio)))
+    # it is not what a quiet sensor reads before contact, and has nothing of that one's colour
+    noise = replace(scattered.noise, share=0.0, correlation_time=0.0, source="repeats")
+    scattered = replace(scattered, noise=noise)
+    while (ratio := _pure_error(scattered)) > SETTLED:  # beside more noise rings and triggers explain less
+        noise = replace(noise, std=float(noise.std * np.sqrt(ratio)))
         scattered = replace(scattered, noise=noise)
-        ratio = _pure_error(scattered)
     return scattered
 
 
