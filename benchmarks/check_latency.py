@@ -138,8 +138,10 @@ def bare_network(inputs: int, width: int = 32, outputs: int = 3) -> onnx.ModelPr
     return helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
 
 
-def in_onnx_runtime(model: onnx.ModelProto, at: list[float | None], speeds: Sequence[float]) -> list[float]:
-    """A model, one sample a call, on one thread."""
+def in_onnx_runtime(
+    model: onnx.ModelProto, at: list[float | None], speeds: Sequence[float], bound: bool = False
+) -> list[float]:
+    """A model, one sample a call, on one thread; `bound`: in arrays that are bound once, as docs/export.md shows."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
     session = onnxruntime.InferenceSession(
@@ -147,10 +149,15 @@ def in_onnx_runtime(model: onnx.ModelProto, at: list[float | None], speeds: Sequ
     )
     x = np.array([[0.0 if value is None else value for value in at]])
     column = at.index(None)
+    binding = session.io_binding()
+    binding.bind_ortvalue_input("x", onnxruntime.OrtValue.ortvalue_from_numpy(x))
+    for output in session.get_outputs():
+        y = np.zeros((1, 1), bool if "bool" in output.type else float)
+        binding.bind_ortvalue_output(output.name, onnxruntime.OrtValue.ortvalue_from_numpy(y))
 
     def call(v: float) -> object:
         x[0, column] = v
-        return session.run(None, {"x": x})
+        return session.run_with_iobinding(binding) if bound else session.run(None, {"x": x})
 
     return microseconds(call, speeds)
 
@@ -204,6 +211,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     }
     for name, (model, at) in models.items():
         rows[f"ONNX Runtime from Python: {name}"] = in_onnx_runtime(model, at, speeds)
+        rows[f"ONNX Runtime from Python: {name}, arrays bound"] = in_onnx_runtime(
+            model, at, speeds, bound=True
+        )
     compiler = shutil.which("cc")
     if compiler is None:
         print("no C compiler: the rows of C are left out", file=sys.stderr)

@@ -1,6 +1,7 @@
 """A surrogate as an ONNX model: each step one node on a batch, in double precision."""
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -68,9 +69,16 @@ class _Graph:
         self.constants: dict[Any, onnx.TensorProto] = {}
         self.names = {program.x: INPUT} | dict(zip(program.outputs, outputs, strict=True))
         self.outputs = program.outputs
-        self.entries: dict[str, list[str]] = {}  # of each vector that is sliced
+        self.sums = _sums(program)
+        within = {affine.output for affine, _ in self.sums.values()}
+        self.cuts: dict[Value, set[int]] = {}  # where each vector that is sliced is cut
         for step in program.steps:
-            self.write(step)
+            if step.op == "slice" and isinstance(x := step.inputs[0], Value):
+                self.cuts.setdefault(x, {0, x.size}).update(step.more)
+        self.pieces: dict[Value, dict[int, str]] = {}  # of each vector that is sliced, by where they start
+        for step in program.steps:
+            if step.output not in within:
+                self.write(step)
 
     def write(self, step: Step) -> None:
         """The nodes of one step."""
@@ -78,6 +86,9 @@ class _Graph:
         match step.op:
             case "slice":
                 self.slice(step)
+            case "add" if step.output in self.sums:
+                affine, other = self.sums[step.output]
+                self.node("Gemm", [affine.inputs[1], affine.inputs[0], other], output, transB=1)
             case "concatenate":
                 self.node("Concat", inputs, output, axis=1)
             case "select_n":
@@ -120,13 +131,31 @@ class _Graph:
         return self.constants[key].name
 
     def slice(self, step: Step) -> None:
-        """A vector is split into its entries once; slices are put together of them."""
-        source, size = self.name(step.inputs[0]), step.inputs[0].size
-        if source not in self.entries:
-            self.entries[source] = [f"{source}_{i}" for i in range(size)]
-            self.node("Split", [source, np.ones(size, int)], self.entries[source], axis=1)
-        entries = self.entries[source][slice(*step.more)]
-        if len(entries) == 1 and step.output not in self.outputs:
-            self.names[step.output] = entries[0]
+        """A vector is split once, at both ends of all its slices; longer slices are put together of its pieces."""
+        source, (start, stop) = step.inputs[0], step.more
+        assert isinstance(source, Value)
+        if source not in self.pieces:
+            cuts = sorted(self.cuts[source])
+            self.pieces[source] = {cut: f"{self.name(source)}_{cut}" for cut in cuts[:-1]}
+            self.node("Split", [source, np.diff(cuts)], list(self.pieces[source].values()), axis=1)
+        pieces = [name for cut, name in self.pieces[source].items() if start <= cut < stop]
+        if len(pieces) == 1 and step.output not in self.outputs:
+            self.names[step.output] = pieces[0]
         else:
-            self.node("Concat", entries, [self.name(step.output)], axis=1)
+            self.node("Concat", pieces, [self.name(step.output)], axis=1)
+
+
+def _sums(program: Program) -> dict[Value, tuple[Step, Value]]:
+    """Additions of W x to a vector, which are one node: the step that makes W x, and the vector, by the sum."""
+    made = {step.output: step for step in program.steps}
+    uses = Counter(x for step in program.steps for x in step.inputs if isinstance(x, Value))
+    uses.update(program.outputs)
+    found: dict[Value, tuple[Step, Value]] = {}
+    for step in program.steps:
+        match step.op, step.inputs:
+            case "add", (Value() as a, Value() as b) if a.size == b.size:
+                for x, other in ((a, b), (b, a)):
+                    before = made.get(x)
+                    if before and before.op == "affine" and not np.any(before.inputs[2]) and uses[x] == 1:
+                        found[step.output] = before, other
+    return found
