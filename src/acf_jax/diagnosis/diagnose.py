@@ -9,13 +9,12 @@ from acf_jax.dataset import GapDataset, LowPass, Quality, assess_dataset
 from acf_jax.dataset.filtered import assess_low_passed
 from acf_jax.dataset.low_pass import approach_behind, thinned
 from acf_jax.dataset.noise import approach_samples
-from acf_jax.diagnosis import claims, damage, identifiability, motion, strain
+from acf_jax.diagnosis import claims, damage, identifiability, motion, statements, strain
 from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.contributions import Contribution, contributions
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.explain import explain
 from acf_jax.diagnosis.heldout import (
-    FORM_UNKNOWN,
     CrossValidation,
     GapFigures,
     HeldOut,
@@ -34,12 +33,9 @@ from acf_jax.effects import library
 from acf_jax.errors import suggestion
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored, credible_set, posterior
-from acf_jax.gap_model import FORM_MOST
-from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations, observe
-from acf_jax.inference.parameters import Explanation, begin, is_free_curve, parameters
-from acf_jax.inference.ring import Ring
+from acf_jax.inference.parameters import Explanation, begin, is_free_curve
 from acf_jax.inference.scatter import with_scatter
 
 ONE_CONDITION = (
@@ -222,15 +218,15 @@ def diagnose(
         warnings=(
             *quality.warnings,
             *damage.statements(quality, observations.names, highest),
-            *map(_of_ring, observations.rings),
-            *_of_scatter(quality.noise.std, observations.noise.std),
+            *map(statements.of_ring, observations.rings),
+            *statements.of_scatter(quality.noise.std, observations),
             *filter(None, [strain.statement(strain.strains(recalibrated, observations.prior))]),
             *filter(None, [_doubt(scored[0].explanation, fits, evidence, observations)]),
             *filter(None, [motion.statement(observations, recalibrated)]),
-            *_of_discrepancy(told),
-            *_of_minor(corrected, scored[0].explanation),
-            *_of_model(comparison, form["corrected"]),
-            *_of_bounds(corrected),
+            *statements.of_discrepancy(told),
+            *statements.of_minor(corrected, scored[0].explanation),
+            *statements.of_model(comparison, form["corrected"]),
+            *statements.of_bounds(corrected),
             *([] if validation.is_possible else [ONE_CONDITION]),
         ),
     )
@@ -301,61 +297,3 @@ def _doubt(
     (fitted,) = (f for f in fits if f.explanation == best)
     names = " and ".join(library()[name].title.lower() for name in best)
     return strain.doubt(strain.strains(fitted, observations.prior), names)
-
-
-def _of_ring(ring: Ring) -> str:
-    return (
-        f"each trial rings at {ring.frequency:.3g} Hz with a size, about {ring.size:.2g} N, and a phase of its own:"
-        " no model predicts it, it counts as noise"
-    )
-
-
-def _of_scatter(before: float, within: float) -> list[str]:
-    """What is said where repeats differ by more than what is known to scatter; standard deviations of a sample, N."""
-    if within <= before:
-        return []
-    return [
-        f"repeats of a condition differ by {within:.3g} N a sample, {within / before:.0f} times the noise before"
-        " contact, beyond rings, triggers, velocities and pretensions: it counts as noise, and hides every smaller"
-        " cause; find out what differs from trial to trial"
-    ]
-
-
-def _of_discrepancy(told: Posterior) -> list[str]:
-    """What is said where the most probable explanation misses by more than forms that are a little wrong."""
-    sizes = told.discrepancy[told.scored[0].explanation]
-    size = max(sizes, key=lambda size: sizes[size])
-    if size <= FORMS:
-        return []
-    return [
-        f"the most probable explanation misses the traces by about {size:.0%} of the force, more than a law whose form"
-        f" is a little wrong ({FORMS:.0%}): a cause is missing that none of the laws and free curves describes"
-    ]
-
-
-def _of_minor(corrected: Fit, named: Explanation) -> list[str]:
-    """Which laws of the corrected model are not named."""
-    curve = is_free_curve(corrected.explanation)
-    names = [] if curve else [name for name in corrected.explanation if name not in named]
-    if not names:
-        return []
-    titles = " and ".join(library()[name].title.lower() for name in names)
-    return [f"the corrected model also has {titles}: too small to be told from other laws, so not named"]
-
-
-def _of_model(comparison: claims.Comparison | None, form: float) -> list[str]:
-    found = [comparison.statement] if comparison and not comparison.is_better else []
-    if form == FORM_MOST:
-        found.append(f"peaks on unseen conditions are missed by {FORM_MOST:g} times their size and more")
-    if form == FORM_UNKNOWN:
-        found.append("no trial tells a peak: how far predicted peaks are off is unknown, and taken as 100 %")
-    return found
-
-
-def _of_bounds(corrected: Fit) -> list[str]:
-    names = [name for name, _ in parameters(corrected.explanation)]
-    return [
-        f"{name} ended at its bound ({value:.4g}): its value is not determined by these trials"
-        for name, value, bound in zip(names, corrected.theta, corrected.at_bound, strict=False)
-        if bound
-    ]

@@ -1,0 +1,33 @@
+"""What is said of scatter that hides causes, and what to do about it."""
+
+from dataclasses import replace
+
+import pytest
+
+from acf_jax.dataset import LowPass, Noise
+from acf_jax.diagnosis.statements import of_scatter
+from acf_jax.inference.ring import Ring
+from tests.repeated import repeated
+
+QUIET = 0.1  # N, before contact
+
+
+@pytest.mark.parametrize(("frequencies", "low_pass", "advised"), [
+    ((500.0, 900.0), None, True),
+    ((20.0,), None, False),  # as slow as the contact: a filter would take the impact, too
+    ((), None, False),
+    ((500.0,), LowPass(250.0), False),  # it is applied already
+])  # fmt: skip
+def test_a_fast_ring_that_hides_causes_is_to_be_filtered(
+    frequencies: tuple[float, ...], low_pass: LowPass | None, advised: bool
+) -> None:
+    rings = tuple(Ring(f, 0.02, 10.0, 100.0, 1) for f in frequencies)
+    noisy = Noise(5.0, source="repeats")
+    o = replace(repeated(0.0), noise=noisy, rings=rings, low_pass=low_pass)
+    (said,) = of_scatter(QUIET, o)
+    assert "differ by 5 N a sample, 50 times the noise before contact" in said
+    assert ("--low-pass 250" in said) is advised
+
+
+def test_nothing_is_said_of_repeats_that_agree() -> None:
+    assert not of_scatter(QUIET, replace(repeated(0.0), noise=Noise(QUIET)))
