@@ -38,9 +38,9 @@ def glances(ground: Ground, name: str) -> list[Fit]:
 
     Of an effect the best of its starts, of a free curve each: how well it does shows late.
 
-    An effect's own starts begin at the rig's prior, and one more at the recalibrated model with the strength that
-    explains most of what it leaves, and as it was looked for, where that is none of the starts. Where it leaves little,
-    the answer is a small step from it: there all starts begin at the recalibrated model, and only the strongest at the
+    An effect's own starts begin at the rig's prior, and one more at the recalibrated model with what explains most of
+    what it leaves, scaled and as it was looked for, where that is none of the starts. Where it leaves little, the
+    answer is a small step from it: there all starts begin at the recalibrated model, and only the strongest at the
     prior, too. A free curve begins with its first start at the prior and with the one that promises most at the
     recalibrated model, so that it never explains less than that.
     """
@@ -49,7 +49,7 @@ def glances(ground: Ground, name: str) -> list[Fit]:
         near = begins if _leaves_little(ground) else []
         far = begins[-1:] if near else begins
         if promise.gain > HINT:
-            for start in (*map(np.ndarray.tolist, promise.begins), promise.start):
+            for start in (promise.parameters.tolist(), promise.start):
                 if start not in (*begins, *near):  # what is scaled is often what explains most as it is
                     near = [*near, start]
         return [best(_glances_from(ground, name, far, near))]
@@ -94,14 +94,14 @@ def fit_more(
     observations: Observations,
     fitted: Fit,
     name: str,
-    promised: Sequence[np.ndarray],
+    promised: np.ndarray,
     iterations: int = ITERATIONS,
     near: bool = False,
 ) -> Fit:
     """A fitted explanation with one more effect, begun where that promises something and at its strong start.
 
-    `promised`: `Promise.begins`. `near`: the fit leaves so little that what was promised is near the answer: it begins
-    there alone.
+    `promised`: `Promise.parameters`. `near`: the fit leaves so little that what was promised is near the answer: it
+    begins there alone.
     """
     blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
@@ -113,7 +113,7 @@ def fit_more(
     strong = np.array(starts(name, observations.measures)[-1])
     return best(
         fit(observations, explanation, beside(start), fitted.nuisance, warm=near, iterations=iterations)
-        for start in (promised if near else [strong, *promised])
+        for start in ([promised] if near else [strong, promised])
     )
 
 

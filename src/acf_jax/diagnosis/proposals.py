@@ -23,7 +23,7 @@ class Couple(NamedTuple):
 
     leader: Fit
     name: str
-    begins: Sequence[np.ndarray]
+    begin: np.ndarray
     gain: float  # in chi-square
     objective: float  # after it
 
@@ -39,7 +39,7 @@ def couples(ground: Ground, effects: Sequence[str]) -> list[Couple]:
     names = [name for name in effects if name not in leader.explanation]
     promises = in_parallel([partial(ground.promise, name) for name in names])
     return [
-        Couple(leader, name, p.begins, p.gain, leader.objective - 0.5 * p.gain)
+        Couple(leader, name, p.parameters, p.gain, leader.objective - 0.5 * p.gain)
         for name, p in zip(names, promises, strict=True)
     ]
 
@@ -48,7 +48,7 @@ def fit_couples(
     o: Observations, wanted: Iterable[Couple], iterations: int = ITERATIONS, near: bool = False
 ) -> list[Fit]:
     """The fits of couples; `near` as in `fit_more`."""
-    return in_parallel([partial(fit_more, o, c.leader, c.name, c.begins, iterations, near) for c in wanted])
+    return in_parallel([partial(fit_more, o, c.leader, c.name, c.begin, iterations, near) for c in wanted])
 
 
 def add(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:

@@ -24,7 +24,7 @@ class FixtureMass(AbstractEffect):
     stiffness_n_per_m: Scalar = shape(
         "N/m", 1e6, 1e9, (3e7, 6e6), "stiffness k_w of the sensor and its mounting"
     )
-    damping_time_s: Scalar = shape("s", 1e-6, 5e-4, (3e-5, 5e-5), "damping over stiffness, tau_w = d_w/k_w")
+    damping_time_s: Scalar = shape("s", 1e-6, 5e-4, (1e-5, 5e-5), "damping over stiffness, tau_w = d_w/k_w")
 
     def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:
         # of one radian; far below a step it is not resolved, and nothing is left of it

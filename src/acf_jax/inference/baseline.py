@@ -17,14 +17,8 @@ class Promise(NamedTuple):
     """What an effect may explain of what a fit leaves, to first order."""
 
     gain: float  # in chi-square
-    parameters: np.ndarray  # with which it does
-    start: list[float]  # the start of the effect that they scale
-    as_it_is: list[float] | None = None  # the start that explains most unscaled, where one explains anything
-
-    @property
-    def begins(self) -> list[np.ndarray]:
-        """From where a fit with the effect may begin."""
-        return [self.parameters, *([] if self.as_it_is is None else [np.array(self.as_it_is)])]
+    parameters: np.ndarray  # from which a fit with it may begin
+    start: list[float]  # the start of the effect of which this is told
 
 
 @dataclass(frozen=True)
@@ -63,21 +57,20 @@ class Ground:
         """How much of what the fit leaves an effect explains, over its starts and where else fits look.
 
         To first order: a signature s takes (r' P s)^2 / s' P s of the residual r, with a sign that the effect allows.
+        Its strengths are scaled to that. A mass on a spring, scaled, would ring at another frequency: where strengths
+        are looked over, they begin as they are.
         """
-        strengths = np.array([not p.shape for p in every_effect()[name].parameters()])
-        measures = self.observations.measures
+        known, measures = every_effect()[name].parameters(), self.observations.measures
+        strengths = np.array([not p.shape for p in known])
+        is_oscillator = any(p.looks and not p.shape for p in known)
         begins = [*starts(name, measures), *looks(name, measures)]
-        best, most, as_it_is = Promise(0.0, np.array(begins[0]), begins[0]), 0.0, None
+        best = Promise(0.0, np.array(begins[0]), begins[0])
         for start, signal, two_sided in self.signatures(name, begins):
             amount, gain = self.projector.promise(signal)
-            if not (two_sided or amount > 0) or gain == 0:
-                continue
-            if gain > best.gain:
-                best = Promise(gain, np.where(strengths, amount, 1.0) * np.array(start), start)
-            # an oscillator is far from linear in its mass: scaled, it would be another one
-            if (unscaled := gain * (2 - 1 / amount) / amount) > most:
-                as_it_is, most = start, unscaled
-        return best._replace(as_it_is=as_it_is)
+            if gain > best.gain and (two_sided or is_oscillator or amount > 0):
+                scale = 1.0 if is_oscillator else amount
+                best = Promise(gain, np.where(strengths, scale, 1.0) * np.array(start), start)
+        return best
 
 
 def _residual(
