@@ -151,7 +151,12 @@ def test_header_of_the_shipped_surrogate(compiler: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "features, activation",
-    [("raw", "silu"), ("dimensionless", "gelu"), pytest.param("raw", "softplus", marks=pytest.mark.long)],
+    [
+        ("raw", "silu"),
+        ("dimensionless", "gelu"),
+        ("raw", "softsign"),
+        pytest.param("raw", "softplus", marks=pytest.mark.long),
+    ],
 )
 def test_header_of_every_kind_of_network(
     compiler: str, tmp_path: Path, features: str, activation: str

@@ -82,6 +82,7 @@ def test_the_page_prints_what_it_says(runtime, tmp_path, monkeypatch, capsys):
     [
         ("raw", "silu"),
         ("dimensionless", "gelu"),
+        ("dimensionless", "softsign"),
         pytest.param("dimensionless", "softplus", marks=pytest.mark.long),
     ],
 )

@@ -39,7 +39,7 @@ Examples:
     help="Simulated impacts to learn from.",
 )
 @click.option(
-    "--steps", default=10_000, show_default=True, type=click.IntRange(1, 10**8), help="Of the optimiser."
+    "--steps", default=40_000, show_default=True, type=click.IntRange(1, 10**8), help="Of the optimiser."
 )
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of samples, weights and batches.")
 @click.option("--resume", is_flag=True, help="Go on from the run's last checkpoint.")

@@ -23,7 +23,13 @@ Tree = TypeVar("Tree")
 FORMAT = "acf-jax surrogate 1"
 DEFAULT = Path(__file__).with_name("default.eqx")
 
-ACTIVATIONS = {"tanh": jnp.tanh, "silu": jax.nn.silu, "gelu": jax.nn.gelu, "softplus": jax.nn.softplus}
+ACTIVATIONS = {
+    "tanh": jnp.tanh,
+    "silu": jax.nn.silu,
+    "gelu": jax.nn.gelu,
+    "softplus": jax.nn.softplus,
+    "softsign": jax.nn.soft_sign,  # x/(1 + |x|): no exponential, which is most of what the others cost
+}
 
 
 class Shape(Part):
@@ -31,7 +37,7 @@ class Shape(Part):
 
     width: int = Field(ge=1, le=1024, description="units of a hidden layer")
     depth: int = Field(ge=1, le=16, description="hidden layers")
-    activation: Literal["tanh", "silu", "gelu", "softplus"] = "tanh"
+    activation: Literal["tanh", "silu", "gelu", "softplus", "softsign"] = "tanh"
 
 
 class _Interval(BaseModel):
