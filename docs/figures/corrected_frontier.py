@@ -38,7 +38,7 @@ def main() -> None:
             axes.annotate(
                 f"{row['width']} × {row['depth']}" + ("" if is_trained else f", {int(row['steps']):,} steps"),
                 (x, y),
-                (-7 if on_the_left else 7, 0),
+                (-7, -6 if row["width"] == "16" and row["depth"] == "2" else 6) if on_the_left else (7, 0),
                 textcoords="offset points",
                 ha="right" if on_the_left else "left",
                 va="center",
