@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from acf_jax.contact.body import Body
 from acf_jax.contact.model_file import ModelFile
 from acf_jax.errors import InputError
 from acf_jax.surrogate import load_corrected, load_surrogate
@@ -30,6 +32,17 @@ def resigned(path: Path, source: Path, change: Callable[[dict[str, Any]], None],
     else:
         write_tree(path, header, tree)
     return path
+
+
+def test_the_example_keeps_its_bound_to_the_law_as_it_is_now() -> None:
+    """A law that changes has to be learnt anew; 512 samples of the range, and as many at its edges."""
+    model, surrogate = ModelFile(CORRECTED).load_exact()
+    assert surrogate is not None
+    unit = np.random.default_rng(0).random((1024, len(surrogate.domain.free)))
+    unit[512:] = np.round(unit[512:])
+    q = jnp.asarray(surrogate.domain.at(unit))
+    exact = jax.jit(jax.vmap(lambda z: model.main.peak(z[:-1], Body(0.0, z[-1])).force))(q)
+    assert float(jnp.abs(surrogate(q.T)[0] / exact - 1).max()) < float(surrogate.bounds.force)
 
 
 @pytest.mark.parametrize(
