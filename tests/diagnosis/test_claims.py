@@ -10,19 +10,22 @@ import pytest
 from acf_jax.contact.read import of_diagnosis
 from acf_jax.dataset import GapDataset, assess_dataset
 from acf_jax.dataset.units import CONTACT_STIFFNESS, MASS
+from acf_jax.diagnosis import Diagnosis, claims, diagnose
 from acf_jax.diagnosis.claims import Change, Comparison, agreeing, compare
-from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.heldout import FORM_UNKNOWN, GapFigures, HeldOut, figures, form_error
 from acf_jax.diagnosis.results import gap_model
 from acf_jax.diagnosis.shrinkage import Shrinkage
 from acf_jax.errors import InputError
+from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.gap_model import FORM_MOST, LONGEST_STEP_S, GapModel, read_model, write_model
 from acf_jax.inference.forward import step_for
 from acf_jax.inference.observations import observe
 from acf_jax.predict import predict
 from acf_jax.report import sentence
 from tests.corrected import gap_model as made_up_model
+from tests.diagnosis.conftest import CURVES, KEPT
+from tests.few import few_explanations
 
 
 def of(force: float | None, peak: float | None) -> GapFigures:
@@ -66,6 +69,33 @@ def test_a_stated_shrinkage_holds_what_the_figures_give(
 
 
 WORSE = Comparison(Change(7.13, 9.81), Change(55.0, 20.0))
+
+
+@pytest.mark.parametrize(("force", "peak", "denied"), [
+    (Change(7.13, 9.81), Change(55.0, 20.0), True),
+    (Change(9.41, 9.41), None, True),
+    (Change(9.41, 1.32), Change(1.0, 1.1), False),  # no better, but the force is
+    (None, Change(2.0, 2.5), True),  # peaks only
+    (None, None, False),  # a single condition
+])  # fmt: skip
+def test_unseen_conditions_speak_against_laws_that_do_not_help_there(
+    force: Change | None, peak: Change | None, denied: bool
+) -> None:
+    assert Comparison(force, peak).is_denied is denied
+
+
+def test_laws_that_unseen_conditions_speak_against_get_even_odds(
+    gravity_set: GapDataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(claims, "compare", lambda *figures: WORSE)
+    with few_explanations(KEPT, CURVES):
+        d = diagnose(gravity_set)
+    first, second, *_ = d.scored
+    assert (first.explanation, second.explanation) == (("gravity",), UNKNOWN)
+    assert first.probability == 0.5 and d.verdict == "ambiguous"
+    assert any(
+        line.startswith("what the fit did not see speaks against constant force") for line in d.warnings
+    )
 
 
 def no_better(diagnosed: Diagnosis) -> Diagnosis:

@@ -33,8 +33,13 @@ class Comparison(NamedTuple):
         """Whether the force error is less and the peak error not more; of peaks alone, whether that is less."""
         if self.misses or (self.peak and self.peak.after > self.peak.before):
             return False
+        return (self.force or self.peak) is not None and not self.is_denied
+
+    @property
+    def is_denied(self) -> bool:
+        """Whether unseen conditions speak against it: the force error is not less; of peaks alone, the peak error."""
         decides = self.force or self.peak
-        return decides is not None and decides.after < decides.before
+        return decides is not None and decides.after >= decides.before
 
     @property
     def tells_peak(self) -> bool:

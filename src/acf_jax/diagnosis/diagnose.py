@@ -139,26 +139,38 @@ def diagnose(
     progress("weighing explanations")
     interim.anew()
     fits, evidence = explain(observations, fits, effects, interim.weighed)
-    highest = damage.highest_probability(quality, observations.names)
-    told = damage.tempered(posterior(evidence), highest)
-    scored, credible = told.scored, credible_set(told.scored)
-    probability = np.array([told.of(f.explanation) for f in fits])
+    sure = posterior(evidence)
     recalibrated = fits[0]
-    corrected = _corrected(fits, probability, told)
+    corrected = _corrected(fits, np.array([sure.of(f.explanation) for f in fits]), sure)
 
     progress("holding out one condition after the other")
     measured = measured_peaks(quality, observations)
     nominal = _unfitted(observations)
     validation = CrossValidation(observations, measured, recalibrated, corrected)
-    first = scored[0]
-    right = 0.0 if first.explanation == UNKNOWN else first.probability
-    belief = Belief(right, told.discrepancy[first.explanation])
-    shrinkage = held_out_shrinkage(validation, corrected, belief, seed)
     held = {
         "nominal": hold_out(observations, nominal, measured, validation.scattered, refit=False),
         "recalibrated": validation.of(recalibrated),
         "corrected": validation.of(corrected),
     }
+    gap = {
+        name: figures(observations, value)
+        if validation.is_possible or name == "nominal"
+        else GapFigures(None, None, None)
+        for name, value in held.items()
+    }
+    comparison = None
+    if corrected is not recalibrated:
+        own = hold_out(observations, corrected, measured, validation.scattered, refit=False)
+        comparison = claims.compare(gap["recalibrated"], gap["corrected"], figures(observations, own))
+    is_denied = comparison is not None and comparison.is_denied and sure.scored[0].explanation != UNKNOWN
+    highest = damage.highest_probability(quality, observations.names)
+    told = damage.tempered(sure, min(highest, damage.EVEN) if is_denied else highest)
+    scored, credible = told.scored, credible_set(told.scored)
+    probability = np.array([told.of(f.explanation) for f in fits])
+    first = scored[0]
+    right = 0.0 if first.explanation == UNKNOWN else first.probability
+    belief = Belief(right, told.discrepancy[first.explanation])
+    shrinkage = held_out_shrinkage(validation, corrected, belief, seed)
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
     fits, probability = [fits[i] for i in order], probability[order]
 
@@ -172,16 +184,6 @@ def diagnose(
     harmless = same_peaks(observations, recalibrated, standing)
     verdict = judge(scored, credible, pairs, detectability, observations, harmless)
     floor = _floor(observations, held["corrected"])
-    gap = {
-        name: figures(observations, value)
-        if validation.is_possible or name == "nominal"
-        else GapFigures(None, None, None)
-        for name, value in held.items()
-    }
-    comparison = None
-    if corrected is not recalibrated:
-        own = hold_out(observations, corrected, measured, validation.scattered, refit=False)
-        comparison = claims.compare(gap["recalibrated"], gap["corrected"], figures(observations, own))
     is_stated = comparison is not None and comparison.is_better and verdict != "no_gap"
     component = told.components()
     form = {name: form_error(held[name], observations.noise.std) for name in ("recalibrated", "corrected")}
@@ -226,6 +228,7 @@ def diagnose(
             *statements.of_discrepancy(told),
             *statements.of_minor(corrected, scored[0].explanation),
             *statements.of_model(comparison, form["corrected"]),
+            *(statements.of_denial(first.explanation) if is_denied else ()),
             *statements.of_bounds(corrected),
             *([] if validation.is_possible else [ONE_CONDITION]),
         ),

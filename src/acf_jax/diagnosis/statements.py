@@ -68,6 +68,15 @@ def of_model(comparison: Comparison | None, form: float) -> list[str]:
     return found
 
 
+def of_denial(named: Explanation) -> list[str]:
+    """What is said where the laws named do not predict unseen conditions better than none."""
+    titles = " and ".join(library()[name].title.lower() for name in named)
+    return [
+        f"what the fit did not see speaks against {titles}: it is given no more than even odds, since another cause is"
+        " as likely"
+    ]
+
+
 def of_bounds(corrected: Fit) -> list[str]:
     """Parameters that the trials do not tell."""
     names = [name for name, _ in parameters(corrected.explanation)]
