@@ -135,6 +135,31 @@ def test_an_explanation_is_stated_by_the_laws_that_matter() -> None:
     assert sum(found.behind[GRAVITY].values()) == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize(
+    "laws, lacking, is_form",
+    [
+        (("robot_compliance",), 40.0, True),
+        (("robot_compliance",), 60.0, False),  # of 1,000: more than a form gets wrong
+        (("sensor_scale",), 1.0, False),  # the curve acts elsewhere
+        (("gravity", "robot_compliance"), 1.0, False),  # several laws imitate anything
+    ],
+)
+def test_a_free_curve_is_the_form_of_a_law_that_has_95_percent_of_what_it_explains(
+    laws: Explanation, lacking: float, is_form: bool
+) -> None:
+    rows = [
+        Marginal((), 0.0, 1500.0, 0.0),
+        Marginal(ROBOT, 0.0, 500.0, 0.0),
+        Marginal(laws, 0.0, 500.0 + lacking, -20.0),
+    ]
+    found = posterior(rows, PLAIN)
+    assert found.scored[0].explanation == (laws if is_form else UNKNOWN)
+    assert found.scored[0].probability > 0.99
+    assert sum(s.probability for s in found.scored) == pytest.approx(1.0)
+    wide = [m._replace(discrepancy=0.1, missing=5.0) for m in rows]
+    assert posterior([*rows, *(m._replace(objective=100.0) for m in wide)], PLAIN).of(ROBOT) > 0.9
+
+
 def test_a_small_law_that_nearly_all_explanations_have_is_named() -> None:
     rows: dict[Explanation, tuple[float, tuple[float, ...]]] = {
         ("gravity",): (0.0, ()),

@@ -8,7 +8,8 @@ of Bayesian inference for misspecified linear models, and a proposal for repairi
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
 large ones get wrong: of these only those are named that nearly all explanations beside the largest discrepancy have,
 as by the median probability model (Barbieri and Berger, 'Optimal predictive model selection', Annals of Statistics 32,
-2004). The others are background.
+2004). The others are background. So is a free curve beside laws that have 95 % of what it explains: it is their form,
+which is not exact, and no cause of its own.
 
 What no explanation has is often refitted into the rig. A rig far from what is known of it therefore speaks for an
 unknown cause, however well the explanation fits (prior-data conflict: Box, 'Sampling and Bayes' inference in scientific
@@ -105,7 +106,7 @@ def hidden(m: Marginal, learnt: Learnt = LEARNT) -> float:
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals, learnt)
-    p = softmax(log_p)
+    p = _with_remainders(marginals, log_p)
     told = _as_stated(marginals, log_p)
     beside: dict[Explanation, dict[float, float]] = {}
     tiny = float(np.finfo(float).tiny)
@@ -120,6 +121,41 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
         _behind(marginals, log_p, told),
         {e: {size: value / total[e] for size, value in sizes.items()} for e, sizes in beside.items()},
     )
+
+
+def _with_remainders(marginals: Sequence[Marginal], log_p: np.ndarray) -> np.ndarray:
+    """The probability (n,) of each; that of a free curve goes to the laws of which it is but the form.
+
+    These are as probable among one another as they are by themselves. Beside a discrepancy that is larger than forms
+    are wrong, a free curve is a cause that is missing.
+    """
+    p = softmax(log_p)
+    exact = {m.explanation: m.objective for m in marginals if not m.discrepancy}
+    for k, m in enumerate(marginals):
+        if not is_free_curve(m.explanation) or m.missing or () not in exact or m.explanation not in exact:
+            continue
+        laws = [
+            i for i, other in enumerate(marginals) if _is_form_of(m.explanation, other.explanation, exact)
+        ]
+        if laws:
+            p[laws] += p[k] * softmax(log_p[laws])
+            p[k] = 0.0
+    return p
+
+
+def _is_form_of(curved: Explanation, laws: Explanation, exact: dict[Explanation, float]) -> bool:
+    """Whether laws, no more of them, have 95 % of what an explanation with a free curve explains.
+
+    One of them acts where the curve does: what the curve explains besides is what the form of that law gets wrong, and
+    small effects. By half the chi-square of exact forms, which counts mean squares of the force.
+    """
+    if not laws or laws not in exact or is_free_curve(laws) or len(laws) > len(curved):
+        return False
+    _, (curve,) = split(curved)
+    if component_of(curve) not in {component_of(name) for name in laws}:
+        return False
+    lacking, explained = exact[laws] - exact[curved], exact[()] - exact[curved]
+    return explained > 0 and lacking <= (1 - CREDIBLE) * explained
 
 
 def _as_stated(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, Explanation]:
