@@ -95,9 +95,9 @@ def force_shrinkage(
     before = (np.maximum(left, 0.0) / samples + noise) / (gap / samples + noise)
     there = np.maximum(left_there, 0.0) / samples_there + noise
     elsewhere = there / (np.maximum(gap_there, 0.0) / samples_there + noise) / before
-    ratio *= _as_elsewhere(elsewhere, len(sums), random)
+    ratio *= _as_elsewhere(elsewhere, len(sums), random) * forms_elsewhere(WORLDS, random)
     is_new = ~is_right[kept] & (random.random(WORLDS) < 1 / (len(sums) + 1))
-    ratio = np.where(is_new, np.maximum(ratio, 1.0), ratio) * forms_elsewhere(WORLDS, random)
+    ratio = np.where(is_new, np.maximum(ratio, 1.0), ratio)
     low, median, high = np.quantile(np.sqrt(ratio), (ENDS[0], 0.5, ENDS[1])).tolist()
     return Shrinkage(1 - median, (1 - high, 1 - low))
 

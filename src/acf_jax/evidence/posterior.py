@@ -131,13 +131,11 @@ def _with_remainders(marginals: Sequence[Marginal], log_p: np.ndarray) -> np.nda
     """
     p = softmax(log_p)
     exact = {m.explanation: m.objective for m in marginals if not m.discrepancy}
+    curved = [e for e in exact if () in exact and is_free_curve(e)]
+    laws_of = {e: {laws for laws in exact if _is_form_of(e, laws, exact)} for e in curved}
     for k, m in enumerate(marginals):
-        if not is_free_curve(m.explanation) or m.missing or () not in exact or m.explanation not in exact:
-            continue
-        laws = [
-            i for i, other in enumerate(marginals) if _is_form_of(m.explanation, other.explanation, exact)
-        ]
-        if laws:
+        if laws_of.get(m.explanation) and not m.missing:
+            laws = [i for i, other in enumerate(marginals) if other.explanation in laws_of[m.explanation]]
             p[laws] += p[k] * softmax(log_p[laws])
             p[k] = 0.0
     return p
@@ -149,13 +147,12 @@ def _is_form_of(curved: Explanation, laws: Explanation, exact: dict[Explanation,
     One of them acts where the curve does: what the curve explains besides is what the form of that law gets wrong, and
     small effects. By half the chi-square of exact forms, which counts mean squares of the force.
     """
-    if not laws or laws not in exact or is_free_curve(laws) or len(laws) > len(curved):
+    lacking, explained = exact[laws] - exact[curved], exact[()] - exact[curved]
+    if not 0 < len(laws) <= len(curved) or is_free_curve(laws) or explained <= 0:
         return False
     _, (curve,) = split(curved)
-    if component_of(curve) not in {component_of(name) for name in laws}:
-        return False
-    lacking, explained = exact[laws] - exact[curved], exact[()] - exact[curved]
-    return explained > 0 and lacking <= (1 - CREDIBLE) * explained
+    acts_there = component_of(curve) in {component_of(name) for name in laws}
+    return acts_there and lacking <= (1 - CREDIBLE) * explained
 
 
 def _as_stated(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, Explanation]:
