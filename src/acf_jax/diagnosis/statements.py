@@ -1,14 +1,17 @@
 """What a diagnosis says beside its verdict: warnings, each with what it means or what to do."""
 
+from collections.abc import Sequence
+
 from acf_jax.diagnosis.claims import Comparison
 from acf_jax.diagnosis.heldout import FORM_UNKNOWN
 from acf_jax.effects import library
-from acf_jax.evidence.posterior import Posterior
+from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.posterior import CREDIBLE, Posterior, forms, log_posterior
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.discrepancy import FASTEST, FORMS
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, is_free_curve, parameters
+from acf_jax.inference.parameters import Explanation, component_of, is_free_curve, parameters, split
 from acf_jax.inference.ring import Ring
 
 
@@ -45,6 +48,22 @@ def of_discrepancy(told: Posterior) -> list[str]:
     return [
         f"the most probable explanation misses the traces by about {size:.0%} of the force, more than a law whose form"
         f" is a little wrong ({FORMS:.0%}): a cause is missing that none of the laws and free curves describes"
+    ]
+
+
+def of_form(corrected: Explanation, evidence: Sequence[Marginal]) -> list[str]:
+    """What is said where a free curve is more probable than the laws of which it is but the form."""
+    best: dict[Explanation, float] = {}
+    for m, log_p in zip(evidence, log_posterior(evidence).tolist(), strict=True):
+        best[m.explanation] = max(log_p, best.get(m.explanation, log_p))
+    better = [e for e, laws in forms(evidence).items() if corrected in laws and best[e] > best[corrected]]
+    if not better:
+        return []
+    _, (curve,) = split(max(better, key=best.__getitem__))
+    titles = " and ".join(library()[name].title.lower() for name in corrected)
+    return [
+        f"a free curve at the {component_of(curve)} fits better than {titles}, but explains no more than"
+        f" {1 - CREDIBLE:.0%} beyond: that counts as what the form of a law gets wrong"
     ]
 
 

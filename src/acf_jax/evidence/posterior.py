@@ -129,30 +129,32 @@ def _with_remainders(marginals: Sequence[Marginal], log_p: np.ndarray) -> np.nda
     These are as probable among one another as they are by themselves. Beside a discrepancy that is larger than forms
     are wrong, a free curve is a cause that is missing.
     """
-    p = softmax(log_p)
-    exact = {m.explanation: m.objective for m in marginals if not m.discrepancy}
-    curved = [e for e in exact if () in exact and is_free_curve(e)]
-    laws_of = {e: {laws for laws in exact if _is_form_of(e, laws, exact)} for e in curved}
+    p, laws_of = softmax(log_p), forms(marginals)
     for k, m in enumerate(marginals):
-        if laws_of.get(m.explanation) and not m.missing:
+        if m.explanation in laws_of and not m.missing:
             laws = [i for i, other in enumerate(marginals) if other.explanation in laws_of[m.explanation]]
             p[laws] += p[k] * softmax(log_p[laws])
             p[k] = 0.0
     return p
 
 
-def _is_form_of(curved: Explanation, laws: Explanation, exact: dict[Explanation, float]) -> bool:
-    """Whether laws, no more of them, have 95 % of what an explanation with a free curve explains.
+def forms(marginals: Sequence[Marginal]) -> dict[Explanation, set[Explanation]]:
+    """Of explanations with a free curve: laws, no more of them, that have 95 % of what it explains.
 
     One of them acts where the curve does: what the curve explains besides is what the form of that law gets wrong, and
     small effects. By half the chi-square of exact forms, which counts mean squares of the force.
     """
-    lacking, explained = exact[laws] - exact[curved], exact[()] - exact[curved]
-    if not 0 < len(laws) <= len(curved) or is_free_curve(laws) or explained <= 0:
-        return False
-    _, (curve,) = split(curved)
-    acts_there = component_of(curve) in {component_of(name) for name in laws}
-    return acts_there and lacking <= (1 - CREDIBLE) * explained
+    exact = {m.explanation: m.objective for m in marginals if not m.discrepancy}
+    found: dict[Explanation, set[Explanation]] = {}
+    for curved in filter(is_free_curve, exact if () in exact else ()):
+        _, (curve,) = split(curved)
+        explained = exact[()] - exact[curved]
+        enough = exact[curved] + (1 - CREDIBLE) * explained
+        for laws, objective in exact.items():
+            few = 0 < len(laws) <= len(curved) and not is_free_curve(laws)
+            if few and component_of(curve) in map(component_of, laws) and objective <= enough < exact[()]:
+                found.setdefault(curved, set()).add(laws)
+    return found
 
 
 def _as_stated(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, Explanation]:
