@@ -75,12 +75,12 @@ def test_what_may_be_wrong_is_trusted_less(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_an_unknown_cause_may_show_on_a_new_condition_what_none_did(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of six conditions in one case of seven; a law that is right is known there, too."""
+    """Of six conditions in one case of seven: the whole gap, not more. A law that is right is known there, too."""
     sure, free = (
         _force(monkeypatch, left=4.0, samples=20000, belief=Belief(p, {0.0: 1.0})) for p in (1.0, 0.0)
     )
     assert sure and free
-    assert free.ci95[0] < 0.05 < 0.9 < sure.ci95[0]
+    assert free.ci95[0] == pytest.approx(0.0, abs=1e-9) and sure.ci95[0] > 0.9
 
 
 def test_a_discrepancy_comes_back_on_other_conditions(monkeypatch: pytest.MonkeyPatch) -> None:
