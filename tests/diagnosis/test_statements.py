@@ -39,11 +39,15 @@ def test_a_free_curve_that_fits_better_than_the_law_that_is_named_is_told(
     curve: float, is_said: bool
 ) -> None:
     """Not one that is no more probable, nor one that is more than a form."""
-    objectives = {(): 1500.0, ("robot_compliance",): 500.0, ("unknown_robot",): curve}
-    said = of_form(("robot_compliance",), [Marginal(e, 0.0, j, 0.0) for e, j in objectives.items()])
+    compliant = ("robot_compliance",)
+    objectives = {(): 1500.0, compliant: 500.0, ("gravity", *compliant): 499.9, ("unknown_robot",): curve}
+    evidence = [Marginal(e, 0.0, j, 0.0) for e, j in objectives.items()]
+    said = of_form(compliant, compliant, evidence)
+    assert len(of_form(compliant, ("gravity", *compliant), evidence)) == is_said  # a small law besides
     assert len(said) == is_said
     if said:
         assert (
             "a free curve at the robot fits better than compliant robot, but explains no more than 5% beyond"
             in said[0]
         )
+    assert not of_form(("unknown",), ("unknown_robot",), evidence)

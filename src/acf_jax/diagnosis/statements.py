@@ -51,16 +51,21 @@ def of_discrepancy(told: Posterior) -> list[str]:
     ]
 
 
-def of_form(corrected: Explanation, evidence: Sequence[Marginal]) -> list[str]:
-    """What is said where a free curve is more probable than the laws of which it is but the form."""
+def of_form(named: Explanation, corrected: Explanation, evidence: Sequence[Marginal]) -> list[str]:
+    """What is said where a free curve is more probable than the corrected model, of whose laws it is but the form."""
+    if not named or is_free_curve(corrected):
+        return []
     best: dict[Explanation, float] = {}
     for m, log_p in zip(evidence, log_posterior(evidence).tolist(), strict=True):
         best[m.explanation] = max(log_p, best.get(m.explanation, log_p))
-    better = [e for e, laws in forms(evidence).items() if corrected in laws and best[e] > best[corrected]]
+    forms_of_own = [
+        e for e, found in forms(evidence).items() if any(set(laws) <= set(corrected) for laws in found)
+    ]
+    better = [e for e in forms_of_own if best[e] > best[corrected]]
     if not better:
         return []
     _, (curve,) = split(max(better, key=best.__getitem__))
-    titles = " and ".join(library()[name].title.lower() for name in corrected)
+    titles = " and ".join(library()[name].title.lower() for name in named)
     return [
         f"a free curve at the {component_of(curve)} fits better than {titles}, but explains no more than"
         f" {1 - CREDIBLE:.0%} beyond: that counts as what the form of a law gets wrong"
