@@ -35,7 +35,7 @@ from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored, credible_set, posterior
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations, observe
-from acf_jax.inference.parameters import Explanation, begin, is_free_curve
+from acf_jax.inference.parameters import Explanation, begin, is_free_curve, label
 from acf_jax.inference.scatter import with_scatter
 
 ONE_CONDITION = (
@@ -299,5 +299,4 @@ def _doubt(
     if first != UNKNOWN or is_free_curve(best) or not best:
         return ""
     (fitted,) = (f for f in fits if f.explanation == best)
-    names = " and ".join(library()[name].title.lower() for name in best)
-    return strain.doubt(strain.strains(fitted, observations.prior), names)
+    return strain.doubt(strain.strains(fitted, observations.prior), label(best).lower())

@@ -2,16 +2,24 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from acf_jax.diagnosis.claims import Comparison
 from acf_jax.diagnosis.heldout import FORM_UNKNOWN
-from acf_jax.effects import library
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import CREDIBLE, Posterior, forms, log_posterior
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.discrepancy import FASTEST, FORMS
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, component_of, is_free_curve, parameters, split
+from acf_jax.inference.parameters import (
+    Explanation,
+    component_of,
+    is_free_curve,
+    label,
+    parameters,
+    split,
+)
 from acf_jax.inference.ring import Ring
 
 
@@ -55,19 +63,15 @@ def of_form(named: Explanation, corrected: Explanation, evidence: Sequence[Margi
     """What is said where a free curve is more probable than the corrected model, of whose laws it is but the form."""
     if not named or is_free_curve(corrected):
         return []
-    best: dict[Explanation, float] = {}
-    for m, log_p in zip(evidence, log_posterior(evidence).tolist(), strict=True):
-        best[m.explanation] = max(log_p, best.get(m.explanation, log_p))
-    forms_of_own = [
-        e for e, found in forms(evidence).items() if any(set(laws) <= set(corrected) for laws in found)
-    ]
-    better = [e for e in forms_of_own if best[e] > best[corrected]]
-    if not better:
+    log_p = log_posterior(evidence)
+    best = {evidence[k].explanation: log_p[k] for k in np.argsort(log_p)}  # beside the size that suits it
+    own = [e for e, found in forms(evidence).items() if any(set(laws) <= set(corrected) for laws in found)]
+    likeliest = max((corrected, *own), key=best.__getitem__)
+    if likeliest == corrected:
         return []
-    _, (curve,) = split(max(better, key=best.__getitem__))
-    titles = " and ".join(library()[name].title.lower() for name in named)
+    _, (curve,) = split(likeliest)
     return [
-        f"a free curve at the {component_of(curve)} fits better than {titles}, but explains no more than"
+        f"a free curve at the {component_of(curve)} fits better than {label(named).lower()}, but explains no more than"
         f" {1 - CREDIBLE:.0%} beyond: that counts as what the form of a law gets wrong"
     ]
 
@@ -75,11 +79,12 @@ def of_form(named: Explanation, corrected: Explanation, evidence: Sequence[Margi
 def of_minor(corrected: Fit, named: Explanation) -> list[str]:
     """Which laws of the corrected model are not named."""
     curve = is_free_curve(corrected.explanation)
-    names = [] if curve else [name for name in corrected.explanation if name not in named]
-    if not names:
+    others = () if curve else tuple(name for name in corrected.explanation if name not in named)
+    if not others:
         return []
-    titles = " and ".join(library()[name].title.lower() for name in names)
-    return [f"the corrected model also has {titles}: too small to be told from other laws, so not named"]
+    return [
+        f"the corrected model also has {label(others).lower()}: too small to be told from other laws, so not named"
+    ]
 
 
 def of_model(comparison: Comparison | None, form: float) -> list[str]:
@@ -94,10 +99,9 @@ def of_model(comparison: Comparison | None, form: float) -> list[str]:
 
 def of_denial(named: Explanation) -> list[str]:
     """What is said where the laws named do not predict unseen conditions better than none."""
-    titles = " and ".join(library()[name].title.lower() for name in named)
     return [
-        f"what the fit did not see speaks against {titles}: it is given no more than even odds, since another cause is"
-        " as likely"
+        f"what the fit did not see speaks against {label(named).lower()}: it is given no more than even odds, since"
+        " another cause is as likely"
     ]
 
 
