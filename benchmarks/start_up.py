@@ -1,4 +1,6 @@
-"""From `python -m acf_jax peak` to its answer, and to the help: a new process each time, against an import of JAX.
+"""From a command to its answer: help, a peak, and a speed by the model of a diagnosis; against an import of JAX.
+
+A new process each time.
 
 python -m benchmarks.start_up
 """
@@ -31,12 +33,26 @@ COMMAND = (
     "--f-p",
     "100",
 )
+# Of the shipped diagnosis: a model with an effect, and the explanations beside it.
+SPEED = (
+    "-m",
+    "acf_jax",
+    "speed",
+    "--model",
+    str(Path(__file__).parents[1] / "examples" / "rig_model.json"),
+    "--f-p",
+    "60",
+    "--limit",
+    "140",
+)
 # What they are, their arguments, and whether the cache of compiled code is filled.
 KINDS = {
     "`import jax`, nothing else": (("-c", "import jax"), True),
     "`--help`": (("-m", "acf_jax", "--help"), True),
     "`peak`, cold: no compilation cache": (COMMAND, False),
     "`peak`, warm: compilation cache filled": (COMMAND, True),
+    "`speed` by a diagnosis, cold": (SPEED, False),
+    "`speed` by a diagnosis, warm": (SPEED, True),
 }
 
 
@@ -54,7 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     spent: dict[str, list[Spent]] = {name: [] for name in KINDS}
     with tempfile.TemporaryDirectory() as folder:
-        run(COMMAND, Path(folder) / "warm")  # Python's own byte code is there in every kind
+        for command in (COMMAND, SPEED):  # Python's own byte code is there in every kind
+            run(command, Path(folder) / "warm")
         for i in range(options.repeats):
             for name, (command, is_warm) in KINDS.items():
                 spent[name].append(run(command, Path(folder) / ("warm" if is_warm else f"cold{i}")))

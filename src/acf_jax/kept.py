@@ -6,8 +6,9 @@ from collections.abc import Callable
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+import equinox as eqx
 import jax
 from jax import export
 
@@ -24,6 +25,8 @@ QUICKER: dict[str, Any] = {
 MADE_WITH = ("jax", "jaxlib", "equinox", "numpy")
 HASH = sha256().digest_size
 
+Result = TypeVar("Result")
+
 
 def kept(
     function: Callable[..., Any],
@@ -38,7 +41,7 @@ def kept(
 
     Without a cache of compiled code, which `start_jax` makes, or where that cannot be written, nothing is kept.
     """
-    options = _options()
+    options = quick_options()
     traced = jax.jit(function, compiler_options=options)
     cache = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]  # JAX makes it as it runs
     if not cache:
@@ -53,8 +56,26 @@ def kept(
     return jax.jit(export.deserialize(bytearray(content)).call, compiler_options=options)
 
 
+def compiled_quickly(function: Callable[..., Result]) -> Callable[..., Result]:
+    """`equinox.filter_jit` of a function that takes longer to compile than to run; not for use within another one."""
+
+    @functools.wraps(function)
+    def call(*arguments: Any) -> Result:
+        found: Result = _quick(function)(*arguments)
+        return found
+
+    return call
+
+
 @functools.cache
-def _options() -> dict[str, Any]:
+def _quick(function: Callable[..., Any]) -> Callable[..., Any]:
+    of_jit: Any = {"compiler_options": quick_options()}  # which Equinox' types do not name
+    compiled: Callable[..., Any] = eqx.filter_jit(function, **of_jit)
+    return compiled
+
+
+@functools.cache
+def quick_options() -> dict[str, Any]:
     """What compiles and runs quickly, of what this version of the compiler knows."""
     try:
         jax.jit(jax.lax.optimization_barrier, compiler_options=COMPILER | QUICKER)(0.0)

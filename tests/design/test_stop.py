@@ -16,11 +16,9 @@ def test_what_two_simulations_differ_by_does_not_stop_the_robot(monkeypatch, bey
     std = 0.4
     task = SimpleNamespace(model=SimpleNamespace(main=SimpleNamespace(peak=None)), limit=LIMIT)
 
-    def spread(model, z, body, factor):
-        force = LIMIT - FACTOR * std + (10.0 if model.stop_after > LATE else 0.0)
-        return SimpleNamespace(force=force, exists=True), SimpleNamespace(std=std * (1 + beyond))
+    def upper_until(model, z, ending, factor):
+        return LIMIT + factor * std * beyond + (10.0 if ending.stop_after > LATE else 0.0), True
 
-    monkeypatch.setattr(stop, "spread", spread)
-    monkeypatch.setattr(stop, "ended", lambda model, ending: ending)
+    monkeypatch.setattr(stop, "_upper_until", upper_until)
     found = stop.needed_stop(task, np.array([1.0, 0.2, 60.0]), FACTOR)
     assert (found and found.time) == (latest and pytest.approx(latest, rel=1e-3))

@@ -12,6 +12,7 @@ from acf_jax.contact.body import Body
 from acf_jax.contact.peak import RIG, AbstractPeak, Branches, ContactPeak
 from acf_jax.contact.tried import Tried
 from acf_jax.errors import TooLittleData
+from acf_jax.kept import compiled_quickly
 
 Scalar = Float[Array, ""]
 
@@ -152,7 +153,7 @@ def beside(main: Variant, other: Variant, z: Array) -> Array:
     return jnp.concatenate([rig, jnp.asarray(other.theta[n:]), z[-2:]])
 
 
-@eqx.filter_jit
+@compiled_quickly
 def _block(peak: AbstractPeak, z: Float[Array, "n p"], body: Body) -> ContactPeak:
     mapped: ContactPeak = jax.vmap(peak, (0, None))(z, body)
     return mapped

@@ -10,7 +10,6 @@ import optimistix as optx
 from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import WALL
-from acf_jax.contact.ended import Ended
 from acf_jax.contact.model import ContactModel, spread
 from acf_jax.designs.task import Task, value_and_slope
 
@@ -52,10 +51,10 @@ def conditions(task: Task, factor: float, u: np.ndarray) -> Conditions:
 def sharpened(task: Task, factor: float, u: np.ndarray) -> np.ndarray:
     """The optimum near u, where a search has ended, with bounds met and the rest solving the conditions.
 
-    **Returns:** u itself where Newton's method does not rest, or rests outside the box, and where the force is followed
-    until an ending, whose samples leave nothing to sharpen.
+    **Returns:** u itself where Newton's method does not rest, or rests outside the box, and where the force is
+    simulated, whose samples leave nothing to sharpen.
     """
-    if isinstance(task.model.main.peak, Ended):
+    if task.is_sampled:
         return u
     there = conditions(task, factor, u)
     met = np.where(there.is_free, u, np.round(u))

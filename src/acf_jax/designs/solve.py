@@ -3,19 +3,17 @@
 from dataclasses import replace
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 from scipy.stats import norm
 
-from acf_jax.contact.body import WALL
-from acf_jax.contact.model import ContactModel, Spread, spread
+from acf_jax.contact.model import ContactModel, Spread
 from acf_jax.contact.stop import Stop
 from acf_jax.designs.chance import draw, draws_fault, is_kept, least_draws, margin_at
 from acf_jax.designs.exact import conditions
 from acf_jax.designs.optimum import Optimum, find_optimum, start_points
 from acf_jax.designs.remedy import Infeasible, explain
 from acf_jax.designs.stop import needed_stop
-from acf_jax.designs.task import Margin, Task, upper_forces
+from acf_jax.designs.task import Margin, Task, spread_at, upper_forces
 
 ROUNDS = 12
 ATTEMPTS = 4  # searches, each with the margin that the fresh draws of the one before ask for
@@ -135,7 +133,7 @@ def _larger(one: Margin, other: Margin) -> Margin:
 
 def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int) -> Design:
     model, z = task.model, task.point(found.u)
-    own = spread(model, jnp.asarray(z), WALL, jnp.asarray(margin.factor))[1]
+    own = spread_at(model, z, margin)
     upper, force = (float(x[0]) for x in upper_forces(model, z[None], margin)[:2])
     at_limit = upper >= task.limit * (1 - 1e-9)
     met = conditions(task, margin.factor, found.u)

@@ -2,13 +2,15 @@
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from acf_jax.contact.body import WALL
 from acf_jax.contact.ended import Ended, ended
 from acf_jax.contact.ending import Ending
-from acf_jax.contact.model import spread
+from acf_jax.contact.model import ContactModel, spread
 from acf_jax.contact.stop import Stop, latest_stop, stop_of
 from acf_jax.designs.task import Task
+from acf_jax.kept import compiled_quickly
 
 # Of the limit. A design touches it by the simulation of a first peak, the stop is asked of another, with steps and
 # alternatives of its own: their spreads differ by some percent. No sensor tells forces so close apart.
@@ -26,8 +28,17 @@ def needed_stop(task: Task, z: np.ndarray, factor: float) -> Stop | None:
 
     def keeps(time: float) -> bool:
         ending = Ending(*map(jnp.asarray, Ending(stop_after=time)))
-        peak, own = spread(ended(task.model, ending), jnp.asarray(z), WALL, jnp.asarray(factor))
-        return bool(peak.exists) and float(peak.force + factor * own.std) <= task.limit * (1 + ROUNDING)
+        upper, exists = _upper_until(task.model, jnp.asarray(z), ending, jnp.asarray(factor))
+        return bool(exists) and float(upper) <= task.limit * (1 + ROUNDING)
 
     time = latest_stop(keeps)
     return None if time is None else Stop(time, time * v_e)
+
+
+@compiled_quickly
+def _upper_until(
+    model: ContactModel, z: Float[Array, " p"], ending: Ending, factor: Float[Array, ""]
+) -> tuple[Array, Array]:
+    """F + factor sigma until the ending, and whether it can be followed so far."""
+    peak, own = spread(ended(model, ending), z, WALL, factor)
+    return peak.force + factor * own.std, peak.exists

@@ -13,8 +13,9 @@ from jaxtyping import Array, Float
 
 from acf_jax.contact.body import WALL
 from acf_jax.contact.ended import Ended
-from acf_jax.contact.model import ContactModel, spread
+from acf_jax.contact.model import ContactModel, Spread, spread
 from acf_jax.designs.config import COORDINATE, Goal
+from acf_jax.kept import compiled_quickly
 
 DIFFERENCE = 1e-4  # of a range
 SHARE_OF_BLOCK = 4  # an upper force needs a peak's derivatives as well: fewer samples a program
@@ -52,6 +53,12 @@ class Task:
     def is_line(self) -> bool:
         """Whether nothing but the goal's coordinate is free."""
         return self.coordinate is not None and len(self.free) == 1
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether the force is the largest sample of a simulation: its second derivatives tell nothing more."""
+        peak = self.model.main.peak
+        return peak.is_simulated() or isinstance(peak, Ended)
 
     def point(self, u: np.ndarray) -> np.ndarray:
         """z of points u in the unit box, (..., free)."""
@@ -105,36 +112,52 @@ def _away(model: ContactModel, reach: float) -> _Away | None:
     return _Away(reach * np.r_[fixed, -fixed], reach * np.r_[share, -share])
 
 
-@eqx.filter_jit
+@compiled_quickly
 def _upper(
     model: ContactModel, z: Float[Array, "n p"], factor: Float[Array, ""], away: _Away | None
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array, Array, Spread]:
     least = jnp.append(model.main.low, jnp.zeros(2))
 
-    def one(z: Float[Array, " p"]) -> tuple[Array, Array, Array]:
+    def one(z: Float[Array, " p"]) -> tuple[Array, Array, Array, Spread]:
         peak, own = spread(model, z, WALL, factor)
         exists = peak.exists
         if away is not None:
             beside = jnp.maximum(z[None] + away.fixed + away.share * z[None], least[None])
             exists &= jax.vmap(model.main.peak, (0, None))(beside, WALL).exists.all()
-        return peak.force + factor * own.std, peak.force, exists
+        return peak.force + factor * own.std, peak.force, exists, own
 
-    mapped: tuple[Array, Array, Array] = jax.vmap(one)(z)
+    mapped: tuple[Array, Array, Array, Spread] = jax.vmap(one)(z)
     return mapped
 
 
 def upper_forces(model: ContactModel, z: np.ndarray, margin: Margin) -> Upper:
     """F + factor sigma, F and whether there is a peak within reach, of many samples z (N, p)."""
-    size = max(1, model.main.peak.block // SHARE_OF_BLOCK)
-    factor, away = jnp.asarray(margin.factor), _away(model, margin.reach)
-    parts = []
+    size, parts = _size(model), []
     for start in range(0, len(z), size):
         part = z[start : start + size]
-        padded = part[np.arange(size) % len(part)]
-        found = _upper(model, jnp.asarray(padded), factor, away)
+        *found, _ = _padded(model, part, margin)
         parts.append([np.asarray(x)[: len(part)] for x in found])
     joined = [np.concatenate(column) for column in zip(*parts, strict=True)]
     return joined[0], joined[1], joined[2]
+
+
+def spread_at(model: ContactModel, z: np.ndarray, margin: Margin) -> Spread:
+    """Where the standard deviation at one sample z (p,) comes from, by the program of `upper_forces`."""
+    found: Spread = jax.tree.map(lambda x: np.asarray(x)[0], _padded(model, z[None], margin)[-1])
+    return found
+
+
+def _size(model: ContactModel) -> int:
+    return max(1, model.main.peak.block // SHARE_OF_BLOCK)
+
+
+def _padded(model: ContactModel, z: np.ndarray, margin: Margin) -> tuple[Array, Array, Array, Spread]:
+    """Up to `_size` samples by a program that takes so many."""
+    padded = jnp.asarray(z[np.arange(_size(model)) % len(z)])
+    found: tuple[Array, Array, Array, Spread] = _upper(
+        model, padded, jnp.asarray(margin.factor), _away(model, margin.reach)
+    )
+    return found
 
 
 def _differences(task: Task, factor: float, u: np.ndarray) -> tuple[float, np.ndarray]:
@@ -164,10 +187,10 @@ def _slope(
 def value_and_slope(task: Task, factor: float) -> Callable[[np.ndarray], tuple[float, np.ndarray]]:
     """The function u -> (F + factor sigma)/limit and its gradient in the unit box.
 
-    By differences where the force is followed until an ending: second derivatives of a long simulation would take
-    minutes to compile, and its samples leave no more digits.
+    By differences where the force is simulated: second derivatives of a simulation take from many seconds to minutes to
+    compile, and its samples leave no more digits.
     """
-    if isinstance(task.model.main.peak, Ended):
+    if task.is_sampled:
         return lambda u: _differences(task, factor, np.asarray(u, float))
 
     @functools.lru_cache(maxsize=2)  # SciPy asks for the value and for the gradient in turn

@@ -15,6 +15,7 @@ from acf_jax.contact.ended import ended
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import ClosedForm, Trained, coupled
+from acf_jax.kept import quick_options
 from acf_jax.model.until import carried_force, force_bound, free_body_bound
 from acf_jax.safety.certificate import certified_peak
 from acf_jax.surrogate import Surrogate
@@ -99,7 +100,8 @@ def bound(model: ContactModel, confidence: float) -> Program:
 
 def _compiled(model: ContactModel, confidence: float, law: Law | None = None) -> Way:
     first_peak = bounded(model, confidence, law)
-    return compiled(_joined(lambda z, body, _: first_peak(z, body)))
+    is_simulated = any(v.peak.is_simulated() for v in (model.main, *model.others))
+    return compiled(_joined(lambda z, body, _: first_peak(z, body)), is_simulated)
 
 
 def _joined(found: Callable[[Float[Array, " p"], Body, Ending], Bounded]) -> Program:
@@ -112,9 +114,12 @@ def _joined(found: Callable[[Float[Array, " p"], Body, Ending], Bounded]) -> Pro
     return program
 
 
-def compiled(program: Program) -> Way:
-    """The program of one contact as a function of NumPy arrays."""
-    quick = jax.jit(program)
+def compiled(program: Program, is_simulated: bool = False) -> Way:
+    """The program of one contact as a function of NumPy arrays.
+
+    `is_simulated`: the compiler's full effort takes twice as long and makes simulations no faster.
+    """
+    quick = jax.jit(program, compiler_options=quick_options() if is_simulated else None)
 
     def infer(x: np.ndarray) -> Inferred:
         lower, force, upper, exists, is_known = np.asarray(quick(x)).tolist()
