@@ -4,6 +4,8 @@ import runpy
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.few import few_explanations
 from tests.needs import need_module
 
@@ -12,6 +14,7 @@ EXAMPLES = DOCS / "examples"
 KEPT = ("gravity", "sensor_lag", "sensor_scale")
 
 
+@pytest.mark.long
 def test_diagnose_from_arrays(monkeypatch, tmp_path, capsys):
     need_module("matplotlib")
     monkeypatch.setenv("MPLBACKEND", "Agg")

@@ -120,16 +120,16 @@ def test_a_user_without_a_home_computes_without_a_cache(
 
 
 def test_an_option_that_the_compiler_does_not_know_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    module._options.cache_clear()
-    assert module._options() == module.COMPILER | module.QUICKER
+    module.quick_options.cache_clear()
+    assert module.quick_options() == module.COMPILER | module.QUICKER
     monkeypatch.setattr(module, "QUICKER", {"xla_no_such_option": True})
-    module._options.cache_clear()
+    module.quick_options.cache_clear()
     try:
-        assert module._options() == module.COMPILER
+        assert module.quick_options() == module.COMPILER
     finally:
-        module._options.cache_clear()
+        module.quick_options.cache_clear()
 
 
 def test_the_compiler_keeps_apart_what_a_barrier_separates() -> None:
-    once = jax.jit(lambda x: jax.lax.optimization_barrier(2 * x) + 1, compiler_options=module._options())
+    once = jax.jit(lambda x: jax.lax.optimization_barrier(2 * x) + 1, compiler_options=module.quick_options())
     assert "opt-barrier" in str(once.lower(jnp.zeros(99)).compile().as_text())

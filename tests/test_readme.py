@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 BLOCK = r"((?:(?!```)[^\n]*\n)*)```"  # to its own end, not to that of a later one
 PYTHON = re.compile(rf"^```python\n{BLOCK}\n+```text\n{BLOCK}", re.MULTILINE)
 NUMBER = re.compile(r"\d+\.?\d*")
+LONG = {"diagnose", "predict", "diagnosis"}  # of a command that diagnoses, or goes on with a diagnosis
 FENCE = re.compile(r"^```console\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
@@ -28,8 +29,9 @@ def shown_commands():
             for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
                 command, _, output = part.replace("\\\n", " ").partition("\n")
                 if command.startswith("python -m acf_jax "):
-                    name = f"{file.name}: {command[:60]}"
-                    yield pytest.param(file.name, shlex.split(command), output.rstrip(), id=name)
+                    name, words = f"{file.name}: {command[:60]}", shlex.split(command)
+                    marks = [pytest.mark.long] if LONG & set(words) else []
+                    yield pytest.param(file.name, words, output.rstrip(), id=name, marks=marks)
 
 
 SHOWN = list(shown_commands())
@@ -75,7 +77,7 @@ def test_command_prints_what_the_documentation_shows(page, command, output, run_
     if shown[-1] == "...":  # further lines, which the page leaves out
         assert len(printed) >= len(shown)
         printed, shown = printed[: len(shown) - 1], shown[:-1]
-    if not {"diagnose", "predict", "diagnosis"} & set(command):
+    if not LONG & set(command):
         assert printed == shown
         return
     assert "diagnose" not in command or (folder / command[-1] / "report.html").exists()

@@ -38,7 +38,7 @@ def by_command(capsys, *arguments) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize("path", [RIG, LEARNT])
+@pytest.mark.parametrize("path", [RIG, pytest.param(LEARNT, marks=pytest.mark.long)])
 def test_the_speed_is_that_of_the_command(path, capsys):
     said = by_command(capsys, "speed", "--model", path, "--f-p", 60, "--limit", 90, "--limit", 1e3)
     model = acf.read_model(Path(path))
@@ -54,6 +54,7 @@ def test_the_speed_is_that_of_the_command(path, capsys):
     assert {trace.name for trace in low.plot().data} >= {"expected", "optimum"}
 
 
+@pytest.mark.long
 def test_the_verdict_is_that_of_the_command(capsys):
     model = acf.read_model(RIG)
     found = model.check("palm", v=0.2, f_p=60, stop_after=0.05)
@@ -75,6 +76,7 @@ def test_the_verdict_is_that_of_the_command(capsys):
     )
 
 
+@pytest.mark.long
 def test_the_design_is_that_of_the_command(capsys, tmp_path):
     config = {"model": str(ROOT / "configs/table1_rig.yaml"), "goal": "fastest", "limit": 250.0,
               "v_e": {"low": 0.05, "high": 0.5}, "f_p": {"low": 80.0, "high": 120.0}}  # fmt: skip

@@ -43,6 +43,7 @@ def cut(app: Served, wrong_sign: Path) -> str:
     return url
 
 
+@pytest.mark.long
 def test_a_wrong_sign_is_put_right_by_one_click(app: Served, cut: str) -> None:
     mapping = yaml.safe_load((app.home / "pressed/mapping.yaml").read_text())
     assert mapping["force"] == {"name": "force_n", "scale": -1.0}
@@ -51,6 +52,7 @@ def test_a_wrong_sign_is_put_right_by_one_click(app: Served, cut: str) -> None:
     assert "checked" in app.get(f"{cut}/open").text.split('name="force-turned"')[1].split(">")[0]
 
 
+@pytest.mark.long
 def test_the_command_repeats_what_the_page_did(
     app: Served, cut: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -68,6 +70,7 @@ def test_the_command_repeats_what_the_page_did(
     assert "mapping='mapping.yaml'" in python
 
 
+@pytest.mark.long
 def test_cuts_are_saved_dropped_and_forgotten(app: Served, cut: str) -> None:
     page = app.get(f"{cut}/cut").text
     seen = page.split('data-version="')[1].split('"')[0]
@@ -107,6 +110,7 @@ def test_cuts_are_saved_dropped_and_forgotten(app: Served, cut: str) -> None:
     assert len((app.home / "pressed/data/trials.csv").read_text().splitlines()) == 9
 
 
+@pytest.mark.long
 def test_the_rig_is_one_file_in_si_units(app: Served, cut: str) -> None:
     seen = version(app, f"{cut}/rig")
     grams = RIG | {"m-value": "2100", "m-std": "40", "m-unit": "g", "noise": "1.2"}
@@ -124,6 +128,7 @@ def test_the_rig_is_one_file_in_si_units(app: Served, cut: str) -> None:
     assert read_rig_file(app.home / "pressed/rig.yaml").prior == known.prior
 
 
+@pytest.mark.long
 def test_a_rig_that_cannot_be_is_told_by_the_form_s_words(app: Served, cut: str) -> None:
     before = (app.home / "pressed/rig.yaml").read_bytes()
     for changed, told in (
@@ -142,6 +147,7 @@ def test_a_rig_that_cannot_be_is_told_by_the_form_s_words(app: Served, cut: str)
     assert (app.home / "pressed/rig.yaml").read_bytes() == before
 
 
+@pytest.mark.long
 def test_where_a_job_runs_no_file_is_changed(app: Served, cut: str) -> None:
     """What a page says beside `a job runs already` is not written either."""
     import fcntl

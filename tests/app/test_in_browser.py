@@ -111,6 +111,7 @@ def ready(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 @pytest.mark.parametrize("size, scheme", [LOOKS[0], pytest.param(*LOOKS[1], marks=pytest.mark.long)])
+@pytest.mark.long
 def test_a_wrong_sign_from_file_to_rig(
     browser: Any, app: Served, wrong_sign: Path, size: str, scheme: str
 ) -> None:
@@ -189,6 +190,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory, wrong_sign: Path) -> di
         ("mat", "dropped", "logged", "force_n"),
     ],
 )
+@pytest.mark.long
 def test_a_recording_is_dropped_or_chosen(
     browser: Any, tmp_path: Path, recordings: dict[str, Path], kind: str, way: str, session: str, force: str
 ) -> None:
@@ -226,6 +228,7 @@ def test_what_is_dropped_may_be_no_recording(browser: Any, app: Served, recordin
     looker.done()
 
 
+@pytest.mark.long
 def test_cuts_are_dropped_by_a_click_moved_by_a_drag_and_saved(
     browser: Any, app: Served, wrong_sign: Path
 ) -> None:
@@ -404,6 +407,7 @@ def test_the_keyboard_is_enough_for_every_step(browser: Any, ready: Served, wron
     looker.done()
 
 
+@pytest.mark.long
 def test_a_page_renews_itself_in_place(browser: Any, app: Served) -> None:
     """Focus, scroll, what is open and what was typed stay when a job ends, and what is new works."""
     shutil.copytree(EXAMPLES / "rig", app.home / "renewed/data")
@@ -467,6 +471,7 @@ def test_the_report_fills_and_a_killed_diagnosis_goes_on(browser: Any, app: Serv
 
 
 @pytest.mark.parametrize("size, scheme", [LOOKS[0], pytest.param(*LOOKS[1], marks=pytest.mark.long)])
+@pytest.mark.long
 def test_sliders_and_questions(browser: Any, ready: Served, size: str, scheme: str) -> None:
     looker = Looker(browser, ready, size, scheme)
     page = looker.page
@@ -493,6 +498,7 @@ def test_sliders_and_questions(browser: Any, ready: Served, size: str, scheme: s
     looker.done()
 
 
+@pytest.mark.long
 def test_a_recording_is_opened_in_place(browser: Any, ready: Served) -> None:
     looker = Looker(browser, ready)
     page = looker.page

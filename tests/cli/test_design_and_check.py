@@ -217,6 +217,7 @@ def test_design_lists_all_faults_at_once(call, tmp_path):
         assert part in found
 
 
+@pytest.mark.long
 def test_where_a_surrogates_range_ends_is_no_missing_peak(call, tmp_path):
     def asked(text: str, rig: object = CONFIGS / "table1_rig.yaml") -> Path:
         config = tmp_path / "design.yaml"
@@ -283,6 +284,7 @@ def test_check_of_one_contact(call):
     assert "does not replace a measurement" in document["statement"] and document["assumptions"]
 
 
+@pytest.mark.long
 def test_check_of_a_table_names_the_first_offending_row(call, tmp_path):
     out = tmp_path / "verdicts.csv"
     result = call("check", "--model", RIG, "--situations", CONFIGS / "situations.csv", "--out", out)

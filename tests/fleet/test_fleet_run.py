@@ -61,6 +61,7 @@ def made(rigs: Path, tmp_path_factory: pytest.TempPathFactory):  # type: ignore[
     return out, fleet, told, said
 
 
+@pytest.mark.long
 def test_a_killed_process_loses_nothing_and_changes_no_result(rigs, made) -> None:  # type: ignore[no-untyped-def]
     out, fleet, told, said = made
     assert told[0] == (0, 4) and told[-1] == (4, 4)

@@ -54,11 +54,13 @@ def test_colour_is_told_by_what_a_fit_leaves(coloured: Coloured) -> None:
     assert found.samples == observations.n_used + 8 * 12
 
 
+@pytest.mark.long
 def test_white_noise_stays_white() -> None:
     observations, approaches = recorded(0.0)
     assert colour(observations, fit_nominal(observations), approaches).is_white
 
 
+@pytest.mark.long
 def test_a_known_colour_stays_as_it_is() -> None:
     observations, approaches = recorded(MEMORY)
     known = replace(observations, noise=TRUE)

@@ -51,6 +51,7 @@ def fits(page) -> bool:  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.parametrize("report", ["unknown", "peaks_only"], indirect=True)
+@pytest.mark.long
 def test_clicked_through_offline(browser, report: str) -> None:  # type: ignore[no-untyped-def]
     faults: list[str] = []
     page = opened(browser, report, faults, viewport=DESKTOP)

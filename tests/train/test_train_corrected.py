@@ -93,6 +93,7 @@ def test_errors_are_those_of_the_loaded_surrogate_against_the_simulation(finishe
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.long
 def test_resuming_changes_nothing_and_makes_no_label_again(
     finished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], workers: int
 ) -> None:

@@ -42,6 +42,7 @@ def test_it_learns_what_was_tried_and_five_deviations_of_the_fit():
     assert lines[-1].split() == ["mobility", "0", "1/kg", "a", "wall"]
 
 
+@pytest.mark.long
 def test_a_parameter_that_is_hardly_known_is_learnt_over_fewer_deviations():
     """An actuator as stiff as the contact pushes back for ever: its first peak is then not the largest force."""
     k_f = 3e4
@@ -73,6 +74,7 @@ def _started(monkeypatch):
     monkeypatch.setattr("acf_jax.start.start_jax", lambda: None)  # tests set JAX themselves
 
 
+@pytest.mark.long
 def test_the_command_prints_its_ranges_and_leaves_a_surrogate(tmp_path, capsys):
     (tmp_path / "model.json").write_text(write_model(gap_model()))
     few = ("--samples", 2048, "--steps", 200, "--range", "k_c=4e4,9e4", "--range", "mobility=0,1")

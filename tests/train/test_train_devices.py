@@ -109,6 +109,7 @@ for one, eight in zip(*weights, strict=True):
 """
 
 
+@pytest.mark.long
 def test_samples_that_each_process_holds_are_shared_out(tmp_path: Path) -> None:
     """As those of a corrected model: several outputs, some of them missing."""
     process = start(8, "-c", SHARED_OUT, cwd=tmp_path)

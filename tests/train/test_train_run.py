@@ -53,6 +53,7 @@ def test_writes_what_it_promises(finished: Path) -> None:
         assert abs(row["surrogate"] - row["model"]) < 1
 
 
+@pytest.mark.long
 def test_killed_and_resumed_gives_the_same_metrics(
     small: Path, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

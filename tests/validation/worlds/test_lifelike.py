@@ -40,6 +40,7 @@ def check(case, effects, component):
     np.testing.assert_array_equal(h.force, every)
 
 
+@pytest.mark.long
 def test_a_lifelike_rig_has_large_effects_among_small_ones(case):
     check(case, EFFECTS, ["actuator", "sensor"])
     assert not case.outside_library
@@ -64,6 +65,7 @@ def test_equal_arguments_make_equal_files_that_state_the_spread(case, tmp_path):
         assert len(list(csv.DictReader(file))) == len(case.setup.conditions) * case.setup.repeats
 
 
+@pytest.mark.long
 def test_an_impact_that_is_held_makes_no_lifelike_rig(case):
     """The flange does not swing back, and the robot pushes on: one trial is enough."""
     assert not is_caught(case)
