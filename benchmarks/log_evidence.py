@@ -18,7 +18,7 @@ from scipy.stats import norm
 from acf_jax.evidence.marginal import SIZES, marginal
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import SAMPLES, unpack
-from acf_jax.inference.interpolation import combine, taps
+from acf_jax.inference.interpolation import combine_row, taps
 from acf_jax.inference.linear import normal_equations
 from acf_jax.inference.observations import N_NUISANCE, Observations
 from acf_jax.inference.parameters import COMMON, RIG, every_effect
@@ -111,8 +111,8 @@ class _Likelihood:
 
     def _one(self, shared: np.ndarray, sensed: np.ndarray, contact: np.ndarray) -> float:
         zero, delay = shared
-        near, weight, _ = taps(self.o.time - (delay + self.shift[:, 2])[:, None], self.fitted.grid.h, contact)
-        predicted = combine(sensed[:, None], near, weight)[:, 0] + zero
+        at = taps(self.o.time - (delay + self.shift[:, 2])[:, None], self.fitted.grid.h, contact)
+        predicted = combine_row(sensed, at.near, at.weight) + zero
         residual = self.o.whiten(((self.o.force - predicted) * self.o.used)[:, None])[:, 0]
         gradient = self.fitted.nuisance - np.einsum("ian,in->ia", self.fitted.linear.by_nuisance, residual)
         gain = np.einsum("ia,iab,ib->", gradient, self.inverse, gradient)

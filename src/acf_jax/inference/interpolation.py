@@ -1,7 +1,10 @@
 """Forces between the points of the grid: at measured times, and at their peak."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+AROUND = np.arange(-1, 3)  # the samples about a time, from the one before it
 SEEN = 0.02  # of the peak: a sensed force below it means that contact is lost
 
 
@@ -15,39 +18,48 @@ def first_loss(contact: np.ndarray) -> np.ndarray:
     return np.where(is_lost.any(-1), is_lost.argmax(-1) + 1, contact.shape[-1])
 
 
-def taps(times: np.ndarray, h: float, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cubic interpolation at `times` (..., n): indices (4, ..., n) on the grid, weights of the value and of its rate.
+class Taps(NamedTuple):
+    """Cubic interpolation on a grid, of values or of their rate."""
+
+    near: np.ndarray  # (4, ..., n) int, the samples on either side
+    at: np.ndarray  # (..., n) where between the middle two, from the first of them, in steps
+
+    @property
+    def weight(self) -> np.ndarray:
+        """(4, ..., n) by which the samples give the value."""
+        return _cubic(self.at)
+
+    def rate_weight(self, h: float) -> np.ndarray:
+        """(4, ..., n) by which they give its rate per second on a grid of step `h`."""
+        a, square = self.at, 3 * self.at**2
+        rate = np.empty((4, *a.shape))
+        rate[0] = (6 * a - 2 - square) / (6 * h)
+        rate[1] = (square - 4 * a - 1) / (2 * h)
+        rate[2] = (2 * a + 2 - square) / (2 * h)
+        rate[3] = (square - 1) / (6 * h)
+        return rate
+
+
+def taps(times: np.ndarray, h: float, contact: np.ndarray) -> Taps:
+    """How to interpolate at `times` (..., n) on a grid of step `h`.
 
     Times within the first step are reached from behind it: at time 0 a sensor with the least lag reads nothing yet.
     Forces have a kink where contact is lost, by the contact force (..., samples): no interpolation reaches across it.
     """
     at = times / h
     k = _beside_loss(np.clip(at.astype(int), 2, contact.shape[-1] - 3), at, contact)
-    a = at - k
-    rate = np.stack(
-        [
-            -(3 * a**2 - 6 * a + 2) / 6,
-            (3 * a**2 - 4 * a - 1) / 2,
-            -(3 * a**2 - 2 * a - 2) / 2,
-            (3 * a**2 - 1) / 6,
-        ]
-    )
-    return _around(k), _cubic(a), rate / h
-
-
-def _around(k: np.ndarray) -> np.ndarray:
-    return np.stack([k - 1, k, k + 1, k + 2])
+    return Taps(k + AROUND.reshape(4, *(1,) * k.ndim), at - k)
 
 
 def _cubic(a: np.ndarray) -> np.ndarray:
-    return np.stack(
-        [
-            -a * (a - 1) * (a - 2) / 6,
-            (a + 1) * (a - 1) * (a - 2) / 2,
-            -(a + 1) * a * (a - 2) / 2,
-            (a + 1) * a * (a - 1) / 6,
-        ]
-    )
+    before, after, beyond = a + 1, a - 1, a - 2
+    inner, outer = a * after, before * beyond
+    weight = np.empty((4, *a.shape))
+    np.multiply(inner, beyond / -6, out=weight[0])
+    np.multiply(outer, after / 2, out=weight[1])
+    np.multiply(outer, a / -2, out=weight[2])
+    np.multiply(inner, before / 6, out=weight[3])
+    return weight
 
 
 def _beside_loss(k: np.ndarray, at: np.ndarray, contact: np.ndarray) -> np.ndarray:
@@ -57,16 +69,20 @@ def _beside_loss(k: np.ndarray, at: np.ndarray, contact: np.ndarray) -> np.ndarr
     has_room = (before >= 2) & (after <= contact.shape[-1] - 3)
     if not has_room.any():
         return k
-    before = np.broadcast_to(np.where(has_room, before, 2), k.shape)
-    left = (np.take_along_axis(contact[None], _around(before), -1) * _cubic(at - before)).sum(0)
-    is_before = (at < lost - 1) | ((at < lost) & (left > 0))
+    is_before = at < lost - 1
+    within = (at < lost) & ~is_before & has_room  # of the step in which contact is lost
+    if within.any():
+        before_it = np.where(has_room, before, 2)
+        held = np.take_along_axis(contact, before_it + AROUND, -1)[..., None, :]
+        reached = np.broadcast_to(held, (*at.shape, 4))[within]
+        is_before[within] = (reached * _cubic((at - before_it)[within]).T).sum(-1) > 0
     return np.where(has_room, np.where(is_before, np.minimum(k, before), np.maximum(k, after)), k)
 
 
 def at_times(values: np.ndarray, times: np.ndarray, h: float, contact: np.ndarray) -> np.ndarray:
     """Values (..., samples) on the grid, at `times` (n,), by the interpolation of `taps`."""
-    near, weight, _ = taps(times, h, contact)
-    return np.asarray(np.einsum("...kn,kn->...n", values[..., near], weight))
+    found = taps(times, h, contact)
+    return np.asarray(np.einsum("...kn,kn->...n", values[..., found.near], found.weight))
 
 
 def combine(values: np.ndarray, near: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -76,6 +92,12 @@ def combine(values: np.ndarray, near: np.ndarray, weight: np.ndarray) -> np.ndar
         taken = values[trial].take(near[:, trial], axis=1)
         np.add.reduce(taken * weight[:, trial], axis=1, out=result[trial])
     return result
+
+
+def combine_row(values: np.ndarray, near: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """The same for values (trials, samples) of one row."""
+    first = values.shape[-1] * np.arange(len(values))
+    return np.asarray((values.ravel().take(near + first[:, None]) * weight).sum(0))
 
 
 def phase_end(sensed: np.ndarray, contact: np.ndarray) -> int:

@@ -11,7 +11,7 @@ import numpy as np
 
 from acf_jax.inference.censoring import at_least
 from acf_jax.inference.forward import Forces, Grid, forward
-from acf_jax.inference.interpolation import combine, peak_of, taps
+from acf_jax.inference.interpolation import combine, combine_row, peak_of, taps
 from acf_jax.inference.observations import N_NUISANCE, Observations
 from acf_jax.inference.parameters import COMMON, Coordinates, Explanation, parameters
 
@@ -84,8 +84,8 @@ def predict(
     o, common = observations, theta[len(parameters(explanation)) :]
     forces = _forces(o, explanation, theta, nuisance, grid)
     with np.errstate(over="ignore", invalid="ignore"):
-        near, weight, _ = taps(_times(o, forces, common, nuisance, grid.h), grid.h, forces.contact)
-        return combine(forces.rows[:, :1], near, weight)[:, 0] + _beside_motion(o, common, nuisance)
+        at = taps(_times(o, forces, common, nuisance, grid.h), grid.h, forces.contact)
+        return combine_row(forces.sensed, at.near, at.weight) + _beside_motion(o, common, nuisance)
 
 
 def _forces(
@@ -138,10 +138,10 @@ def compare(
     """The simulated forces at the measured times, with derivatives, whitened."""
     p, q = len(slope) - len(common), o.n_moving - N_NUISANCE
     spread = o.nuisance_std
-    near, weight, rate_weight = taps(_times(o, forces, common, nuisance, h), h, forces.contact)
-    at = combine(forces.rows, near, weight)
-    predicted, tangents = at[:, 0] + _beside_motion(o, common, nuisance), at[:, 1:]
-    timing = -combine(forces.rows[:, :1], near, rate_weight)[:, 0] * ~o.peak_only[:, None]
+    at = taps(_times(o, forces, common, nuisance, h), h, forces.contact)
+    found = combine(forces.rows, at.near, at.weight)
+    predicted, tangents = found[:, 0] + _beside_motion(o, common, nuisance), found[:, 1:]
+    timing = -combine_row(forces.sensed, at.near, at.rate_weight(h)) * ~o.peak_only[:, None]
 
     first = 1 + p + o.n_common  # row of a nuisance
     rows = np.empty((len(o.names), first + o.n_moving, o.force.shape[1]))
