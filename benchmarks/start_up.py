@@ -46,7 +46,7 @@ SPEED = (
     "140",
 )
 # What they are, their arguments, and whether the cache of compiled code is filled.
-KINDS = {
+KINDS: dict[str, tuple[tuple[str, ...], bool]] = {
     "`import jax`, nothing else": (("-c", "import jax"), True),
     "`--help`": (("-m", "acf_jax", "--help"), True),
     "`peak`, cold: no compilation cache": (COMMAND, False),
@@ -70,8 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     spent: dict[str, list[Spent]] = {name: [] for name in KINDS}
     with tempfile.TemporaryDirectory() as folder:
-        for command in (COMMAND, SPEED):  # Python's own byte code is there in every kind
-            run(command, Path(folder) / "warm")
+        for warmed in (COMMAND, SPEED):  # Python's own byte code is there in every kind
+            run(warmed, Path(folder) / "warm")
         for i in range(options.repeats):
             for name, (command, is_warm) in KINDS.items():
                 spent[name].append(run(command, Path(folder) / ("warm" if is_warm else f"cold{i}")))
