@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from acf_jax.effects import library
 from acf_jax.errors import InputError
-from acf_jax.gap_model import read_model, write_model
+from acf_jax.gap_model import forms, read_model, write_model
 from acf_jax.predict import Prediction, predict
 from tests.corrected import gap_model
 from tests.corrected import variant as made
@@ -99,3 +100,15 @@ def test_a_file_of_a_version_whose_friction_had_other_parameters_is_refused(tmp_
         f"{path}: corrected.names: this version knows no 'coulomb_friction.stribeck_n'; diagnose the data again, which"
         " writes the file anew"
     ]
+
+
+def test_a_model_whose_law_has_changed_since_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, model = tmp_path / "model.json", gap_model(("coulomb_friction",), (10.0, 0.03, 0.02))
+    fitted = model.corrected.model_copy(update={"forms": forms(("coulomb_friction",))})
+    path.write_text(write_model(model.model_copy(update={"corrected": fitted})))
+    assert read_model(path).corrected.forms == (1,)
+    monkeypatch.setattr(library()["coulomb_friction"], "form", 2)
+    with pytest.raises(InputError, match="corrected: was fitted with another form of coulomb_friction than"):
+        read_model(path)

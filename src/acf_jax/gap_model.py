@@ -52,6 +52,7 @@ class Variant(Part):
     theta: tuple[float, ...]
     covariance: tuple[tuple[float, ...], ...]
     delay_s: float = Field(default=0.0, ge=-LATEST_S, le=LATEST_S)  # by which the sensor reads later
+    forms: tuple[int, ...] | None = None  # of the laws, one an effect; earlier versions have none
 
 
 class Proposed(Part):
@@ -155,6 +156,11 @@ def _faults(path: Path, where: str, v: Variant) -> list[str]:
         return [
             f"{path}: {where}.effects: unknown effect '{strange[0]}'; this version knows {', '.join(every_effect())}"
         ]
+    if v.forms is not None and (changed := _changed(v)):
+        return [
+            f"{path}: {where}: was fitted with another form of {', '.join(changed)} than this version has; diagnose the"
+            " data again, and train a surrogate of it again"
+        ]
     names = tuple(name for name, _ in parameters(v.effects))
     if v.names != names:
         other = [name for name in v.names if name not in names]
@@ -177,6 +183,19 @@ def _faults(path: Path, where: str, v: Variant) -> list[str]:
     if not faults and not _is_covariance(np.array(v.covariance)):
         faults.append(f"{path}: {where}.covariance: is none (not symmetric, or negative); write it anew")
     return faults
+
+
+def forms(effects: tuple[str, ...]) -> tuple[int, ...]:
+    """The forms that the laws of these effects have in this version."""
+    return tuple(every_effect()[name].form for name in effects)
+
+
+def _changed(v: Variant) -> list[str]:
+    """The effects whose law was another one when the model was fitted; all where their numbers do not match."""
+    now = forms(v.effects)
+    if v.forms is None or len(v.forms) != len(now):
+        return list(v.effects)
+    return [name for name, then, here in zip(v.effects, v.forms, now, strict=True) if then != here]
 
 
 def _is_covariance(matrix: np.ndarray) -> bool:

@@ -9,7 +9,9 @@ import pytest
 
 from acf_jax import effects
 from acf_jax.effects import library
+from acf_jax.inference.parameters import every_effect
 from tests.effects.contract import RULES, neutral, run, run_company, start
+from tests.effects.forms import forces_of, recorded
 
 ROOT = Path(__file__).parents[2]
 SINGULAR = "with its frequency fixed a vanishing pad mass leaves a vanishing spring, not the paper's contact"
@@ -26,6 +28,16 @@ def cases():
 @pytest.mark.parametrize(("name", "check"), list(cases()))
 def test_effect_keeps_the_rule(name, check):
     check(library()[name])
+
+
+@pytest.mark.parametrize("name", recorded())
+def test_a_law_that_changed_has_another_form(name):
+    """Models that were fitted with the former law are refused by it; see `tests.effects.forms`."""
+    known, kind = recorded()[name], every_effect()[name]
+    assert known["form"] == kind.form, "record it: python -m tests.effects.forms"
+    then, now = np.array(known["force_n"]), forces_of(kind, known["theta"])
+    same = np.allclose(now, then, rtol=0, atol=1e-6 * np.abs(then).max())
+    assert same, f"the law has changed: raise `form` in {name}.py, then python -m tests.effects.forms"
 
 
 def test_the_library_has_the_effects_of_the_contract():

@@ -14,7 +14,17 @@ from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.experiment import Experiment
 from acf_jax.diagnosis.verdict import shows_nothing
 from acf_jax.files import write_text
-from acf_jax.gap_model import LATEST_S, SCHEMA, GapModel, Lack, Proposed, Variant, Verdict, write_model
+from acf_jax.gap_model import (
+    LATEST_S,
+    SCHEMA,
+    GapModel,
+    Lack,
+    Proposed,
+    Variant,
+    Verdict,
+    forms,
+    write_model,
+)
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.parameters import delays, parameters
 from acf_jax.provenance import PROGRAM
@@ -41,6 +51,7 @@ def variant(fitted: Fit, probability: float) -> Variant:
         theta=tuple(fitted.physical.tolist()),
         covariance=tuple(tuple(row) for row in covariance.tolist()),
         # the delay of the triggers belongs to the recording, but for a sensor that is late anyway
+        forms=forms(fitted.explanation),
         delay_s=late if delays(fitted.explanation) else 0.0,
     )
 

@@ -88,6 +88,7 @@ class AbstractEffect(eqx.Module):
 
     component: ClassVar[Component]
     title: ClassVar[str]
+    form: ClassVar[int] = 1  # raised where the law changes: models of another form are refused
     remedy: ClassVar[str] = ""  # what to do about it on the machine, an imperative; a free curve has none
     delays: ClassVar[bool] = False  # what it does to the reading is much like a delay
     longest_step: ClassVar[float] = float("inf")  # s, of a simulation that resolves its own dynamics
