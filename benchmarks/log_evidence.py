@@ -85,7 +85,8 @@ class _Likelihood:
 
     def __init__(self, observations: Observations, fitted: Fit):
         self.o, self.fitted = observations, fitted
-        normal = normal_equations(fitted.linear, fitted.u, fitted.nuisance)
+        self.linear = fitted.linearised()
+        normal = normal_equations(self.linear, fitted.u, fitted.nuisance)
         self.inverse = normal.nuisance_inverse
         self.constant = 0.5 * np.linalg.slogdet(self.inverse)[1].sum() - 0.5 * (fitted.nuisance**2).sum()
         self.shift = fitted.nuisance[:, :N_NUISANCE] * observations.nuisance_std
@@ -114,7 +115,7 @@ class _Likelihood:
         at = taps(self.o.time - (delay + self.shift[:, 2])[:, None], self.fitted.grid.h, contact)
         predicted = combine_row(sensed, at.near, at.weight) + zero
         residual = self.o.whiten(((self.o.force - predicted) * self.o.used)[:, None])[:, 0]
-        gradient = self.fitted.nuisance - np.einsum("ian,in->ia", self.fitted.linear.by_nuisance, residual)
+        gradient = self.fitted.nuisance - np.einsum("ian,in->ia", self.linear.by_nuisance, residual)
         gain = np.einsum("ia,iab,ib->", gradient, self.inverse, gradient)
         value = self.constant - 0.5 * (residual**2).sum() + 0.5 * gain
         return float(value) if np.isfinite(value) else -1e100

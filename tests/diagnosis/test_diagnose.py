@@ -310,7 +310,7 @@ def test_projection_removes_what_the_parameters_imitate(gravity_set: GapDataset)
     observations = observe(assess_dataset(gravity_set))
     nominal: Fit = fit_nominal(observations)
     projector = Projector.of(nominal)
-    imitated = nominal.linear.by_parameter[:, 0]
+    imitated = nominal.linearised().by_parameter[:, 0]
     (left,) = projector.gram(imitated[None])[0]
     assert left < 1.0 + 1e-9 < (imitated**2).sum()  # what is left is at most the prior's own weight
 

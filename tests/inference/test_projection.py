@@ -24,7 +24,7 @@ def astray() -> Fit:
 
 def augmented(fitted: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The whole linear problem: derivatives by parameters and by every nuisance, what is left, and lower bounds."""
-    linear = fitted.linear
+    linear = fitted.linearised()
     trials, p, n = linear.by_parameter.shape
     nuisance = np.zeros((trials, n, trials, 3))
     for i in range(trials):
@@ -43,15 +43,15 @@ def padded(signal: np.ndarray, left: np.ndarray) -> np.ndarray:
 
 def test_a_promise_is_no_merit_of_what_the_parameters_alone_would_explain(astray: Fit) -> None:
     """A signature that the mass imitates wholly promises no more than the mass's prior costs."""
-    imitated = astray.linear.by_parameter[:, 0]
-    assert (astray.linear.residual * imitated).sum() ** 2 / (imitated**2).sum() > 1e5
+    imitated = astray.linearised().by_parameter[:, 0]
+    assert (astray.linearised().residual * imitated).sum() ** 2 / (imitated**2).sum() > 1e5
     assert Projector.of(astray).promise(imitated)[1] < 100.0
 
 
 def test_a_promise_is_the_gain_of_a_least_squares_problem(astray: Fit) -> None:
     """With the signal as one more column, which has no prior."""
     design, left, _ = augmented(astray)
-    signal = RANDOM.standard_normal(astray.linear.residual.shape) + astray.linear.residual
+    signal = RANDOM.standard_normal(astray.linearised().residual.shape) + astray.linearised().residual
     free = replace(astray, coordinates=astray.coordinates._replace(low=np.full(6, -np.inf)))
     amount, gain = Projector.of(free).promise(signal)
 

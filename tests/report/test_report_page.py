@@ -180,7 +180,7 @@ def test_advice_is_of_the_first_explanation_and_says_whether_others_remain(
 def test_intervals_of_parameters_are_those_of_the_stated_deviations(diagnosed: Diagnosis) -> None:
     """A misfit beyond the noise widens both."""
     d = diagnosed.corrected
-    astray = replace(d, linear=replace(d.linear, residual=4 * d.linear.residual))
+    astray = replace(d, misfit=16 * d.misfit)
     stated = document(replace(diagnosed, corrected=astray))["parameters"]["moving_mass_kg"]
     ends = [si(stated["value"] + sign * 1.959964 * stated["std"]) for sign in (-1, 1)]
     assert " to ".join(ends) in parameter_table(replace(diagnosed, corrected=astray))

@@ -101,6 +101,6 @@ def _begins_like_the_others(observations: Observations, fitted: Fit, i: int) -> 
 
 def without_each(fitted: Fit) -> tuple[float, np.ndarray]:
     """Chi-square of all trials after one more step of a fit, and (trials,) of the others without each of them."""
-    everyone = np.arange(len(fitted.nuisance))
-    others = [after_a_step(fitted, np.delete(everyone, i)) for i in everyone]
-    return after_a_step(fitted, everyone), np.array(others)
+    everyone, about = np.arange(len(fitted.nuisance)), fitted.linearised()
+    others = [after_a_step(fitted, about, np.delete(everyone, i)) for i in everyone]
+    return after_a_step(fitted, about, everyone), np.array(others)

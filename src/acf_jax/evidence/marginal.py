@@ -16,7 +16,6 @@ from scipy.special import gammaln, logsumexp
 from acf_jax.errors import InputError
 from acf_jax.files import read_json_mapping
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.linear import normal_equations
 from acf_jax.inference.parameters import RIG, Explanation, every_effect
 
 SIZES = np.geomspace(2.0, 600.0, 200)  # whitened distances that an effect is as likely to have
@@ -64,7 +63,6 @@ def read_evidence(path: Path) -> tuple[Marginal, ...]:
 
 def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> Marginal:
     """The evidence of a fit; `log_volume`: by how much that of the noise is larger than without the discrepancy."""
-    normal = normal_equations(fitted.linear, fitted.u, fitted.nuisance)
     held, occam = np.zeros(len(fitted.u), bool), 0.0
     at = len(RIG)
     variance = np.linalg.inv(fitted.hessian)
@@ -77,10 +75,7 @@ def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> 
         occam += _of_size(fitted.u[acting], variance[np.ix_(acting, acting)])
         occam -= np.log(2.0 ** len(strengths) - 1) + np.log(2.0) * effect.acts_either_way()
     free = ~held
-    volume = (
-        np.linalg.slogdet(fitted.hessian[np.ix_(free, free)])[1]
-        - np.linalg.slogdet(normal.nuisance_inverse)[1].sum()
-    )
+    volume = np.linalg.slogdet(fitted.hessian[np.ix_(free, free)])[1] - fitted.log_det_nuisances
     strain = float((fitted.u[: len(RIG)] ** 2).sum())
     return Marginal(
         fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume - log_volume), strain

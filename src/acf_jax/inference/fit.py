@@ -42,6 +42,7 @@ AT_BOUND = 1e-3  # prior standard deviations from a bound, from which on a step 
 class Fit:
     """The most probable parameters of one explanation, and the curvature there."""
 
+    observations: Observations
     explanation: Explanation
     coordinates: Coordinates
     u: np.ndarray  # (p,) in prior standard deviations
@@ -50,7 +51,8 @@ class Fit:
     chi2: np.ndarray  # (trials,) chi-square of each trial's samples and nuisances
     hessian: np.ndarray  # (p, p) of the objective in u, nuisances eliminated, prior included
     residual: np.ndarray  # (trials, n) N, measured minus fitted
-    linear: Linearisation
+    misfit: float  # chi-square of a sample, at least 1: by how much more than noise the variances are
+    log_det_nuisances: float  # of the inverse curvature in the nuisances, summed over trials
     grid: Grid
 
     @property
@@ -85,11 +87,11 @@ class Fit:
         root = self.coordinates.slope(self.u)[:, None] * self.root
         return root @ root.T
 
-    @property
-    def misfit(self) -> float:
-        """Chi-square of a sample, at least 1: by how much more than noise the variances are."""
-        samples = int((self.residual != 0).sum())
-        return max(1.0, float((self.linear.residual**2).sum()) / max(samples, 1))
+    def linearised(self) -> Linearisation:
+        """The model about the optimum, made anew at each call: all fits of a thousand traces would hold gigabytes."""
+        return linearise(
+            self.observations, self.explanation, self.coordinates, self.u, self.nuisance, self.grid
+        )
 
     @property
     def at_bound(self) -> np.ndarray:
@@ -128,9 +130,12 @@ def _stride(explanation: Explanation) -> float:
     return RINGING if any(cls.component == "sensor" for cls in classes(explanation)) else STRIDE
 
 
-def after_a_step(fitted: Fit, trials: np.ndarray) -> float:
-    """Chi-square of some trials, given by index, and of the priors after one more step of a fit, to first order."""
-    linear, nuisance = fitted.linear.of(trials), fitted.nuisance[trials]
+def after_a_step(fitted: Fit, about: Linearisation, trials: np.ndarray) -> float:
+    """Chi-square of some trials, given by index, and of the priors after one more step of a fit, to first order.
+
+    `about`: the model about the fit.
+    """
+    linear, nuisance = about.of(trials), fitted.nuisance[trials]
     return 2 * half_chi_square(linear, fitted.u, nuisance) - normal_equations(linear, fitted.u, nuisance).gain
 
 
@@ -211,11 +216,18 @@ def fit(
         )
         unfinished.keep(key, u, nuisance)
     objective = half_chi_square(linear, u, nuisance)
-    hessian = normal_equations(linear, u, nuisance, 1.0).hessian if np.isfinite(objective) else np.eye(len(u))
-    with np.errstate(over="ignore"):  # of an unstable integration
-        chi2 = (linear.residual**2).sum(1) + (nuisance**2).sum(1)
+    hessian, log_det = np.eye(len(u)), 0.0
+    if np.isfinite(objective):
+        normal = normal_equations(linear, u, nuisance)
+        hessian, log_det = normal.hessian, float(np.linalg.slogdet(normal.nuisance_inverse)[1].sum())
     residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
-    return Fit(explanation, at, u, nuisance, objective, chi2, hessian, residual, linear, grid)
+    with np.errstate(over="ignore"):  # of an unstable integration
+        of_trials = (linear.residual**2).sum(1)
+        misfit = max(1.0, float(of_trials.sum()) / max(int((residual != 0).sum()), 1))
+    chi2 = of_trials + (nuisance**2).sum(1)
+    return Fit(
+        observations, explanation, at, u, nuisance, objective, chi2, hessian, residual, misfit, log_det, grid
+    )
 
 
 def _optimum(

@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from acf_jax.dataset import Noise, Trace
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.linear import half_chi_square, linearise, normal_equations
+from acf_jax.inference.linear import Linearisation, half_chi_square, normal_equations
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.whitening import Whitener
 
@@ -42,9 +42,7 @@ def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -
     """
     known = observations.noise
     raw = replace(observations, noise=Noise(1.0), censored=None)  # a bound says nothing of the noise
-    bare = replace(
-        best, linear=linearise(raw, best.explanation, best.coordinates, best.u, best.nuisance, best.grid)
-    )
+    linear = replace(best, observations=raw).linearised()
     before = _Approach(approaches, known.offset)
     step = float(np.median(observations.spacings))
 
@@ -54,7 +52,7 @@ def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -
         return replace(known, share=float(share), correlation_time=float(step * steps))
 
     def loss(noise: Noise) -> float:
-        return -_log_likelihood(observations, bare, noise) - before.log_likelihood(noise)
+        return -_log_likelihood(observations, best, linear, noise) - before.log_likelihood(noise)
 
     starts = [np.array([np.log(share / (1 - share)), np.log(steps)]) for share, steps in STARTS]
     begin = min(starts, key=lambda x: loss(noise(x)))
@@ -88,18 +86,17 @@ class _Approach:
         return -0.5 * float((whiten(self.force[:, None]) ** 2).sum()) - whiten.log_volume
 
 
-def _log_likelihood(observations: Observations, bare: Fit, noise: Noise) -> float:
-    """Of the compared samples, parameters and nuisances integrated out; `bare`: a fit whose linearisation is in N."""
+def _log_likelihood(observations: Observations, best: Fit, linear: Linearisation, noise: Noise) -> float:
+    """Of the compared samples, parameters and nuisances integrated out; `linear`: the model about the fit, in N."""
     whiten = Whitener(observations.time, observations.used, noise)
-    linear = bare.linear
     rows = whiten(np.concatenate([linear.residual[:, None], linear.by_parameter, linear.by_nuisance], axis=1))
     residual, by_parameter, by_motion, by_ringing = np.split(
-        rows, np.cumsum([1, len(bare.u), linear.by_motion.shape[1]]), axis=1
+        rows, np.cumsum([1, len(best.u), linear.by_motion.shape[1]]), axis=1
     )
     white = replace(
         linear, residual=residual[:, 0], by_parameter=by_parameter, by_motion=by_motion, by_ringing=by_ringing
     )
-    normal = normal_equations(white, bare.u, bare.nuisance)
+    normal = normal_equations(white, best.u, best.nuisance)
     volume = np.linalg.slogdet(normal.nuisance_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
-    left = half_chi_square(white, bare.u, bare.nuisance) - 0.5 * normal.gain
+    left = half_chi_square(white, best.u, best.nuisance) - 0.5 * normal.gain
     return float(0.5 * volume - left - whiten.log_volume)

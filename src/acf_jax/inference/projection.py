@@ -35,9 +35,10 @@ class Projector:
     @classmethod
     def of(cls, fitted: Fit) -> "Projector":
         """The projector at a fit."""
+        linear = fitted.linearised()
         return cls(
-            fitted.linear,
-            normal_equations(fitted.linear, fitted.u, fitted.nuisance),
+            linear,
+            normal_equations(linear, fitted.u, fitted.nuisance),
             fitted.coordinates.low - fitted.u,
             fitted.coordinates.high - fitted.u,
         )
