@@ -33,7 +33,7 @@ COMMAND = (
     "--f-p",
     "100",
 )
-# Of the shipped diagnosis: a model with an effect, and the explanations beside it.
+# By the shipped model of a diagnosis: one explanation.
 SPEED = (
     "-m",
     "acf_jax",

@@ -156,7 +156,7 @@ def _faults(path: Path, where: str, v: Variant) -> list[str]:
         return [
             f"{path}: {where}.effects: unknown effect '{strange[0]}'; this version knows {', '.join(every_effect())}"
         ]
-    if v.forms is not None and (changed := _changed(v)):
+    if changed := _changed(v):
         return [
             f"{path}: {where}: was fitted with another form of {', '.join(changed)} than this version has; diagnose the"
             " data again, and train a surrogate of it again"
@@ -192,8 +192,10 @@ def forms(effects: tuple[str, ...]) -> tuple[int, ...]:
 
 def _changed(v: Variant) -> list[str]:
     """The effects whose law was another one when the model was fitted; all where their numbers do not match."""
+    if v.forms is None:
+        return []
     now = forms(v.effects)
-    if v.forms is None or len(v.forms) != len(now):
+    if len(v.forms) != len(now):
         return list(v.effects)
     return [name for name, then, here in zip(v.effects, v.forms, now, strict=True) if then != here]
 

@@ -110,7 +110,7 @@ def ready(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         yield app
 
 
-@pytest.mark.parametrize("size, scheme", [LOOKS[0], pytest.param(*LOOKS[1], marks=pytest.mark.long)])
+@pytest.mark.parametrize("size, scheme", LOOKS[:2])
 @pytest.mark.long
 def test_a_wrong_sign_from_file_to_rig(
     browser: Any, app: Served, wrong_sign: Path, size: str, scheme: str
@@ -470,7 +470,7 @@ def test_the_report_fills_and_a_killed_diagnosis_goes_on(browser: Any, app: Serv
     looker.done()
 
 
-@pytest.mark.parametrize("size, scheme", [LOOKS[0], pytest.param(*LOOKS[1], marks=pytest.mark.long)])
+@pytest.mark.parametrize("size, scheme", LOOKS[:2])
 @pytest.mark.long
 def test_sliders_and_questions(browser: Any, ready: Served, size: str, scheme: str) -> None:
     looker = Looker(browser, ready, size, scheme)

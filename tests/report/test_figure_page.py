@@ -74,7 +74,7 @@ def lightness(colour: str) -> float:
     return (0.3 * red + 0.59 * green + 0.11 * blue) / 255
 
 
-LATER = ("curve", "infeasible", "peak", "training")  # than the map: its page is made as theirs are
+LATER = ("curve", "infeasible", "peak", "training")  # longer checks: their pages are made as the map's is
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_errors_are_those_of_the_loaded_surrogate_against_the_simulation(finishe
         assert error.max() > 0.1 * relative["max"] * exact.min(), "the stated errors must be of this size"
 
 
-@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.long
 def test_resuming_changes_nothing_and_makes_no_label_again(
     finished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], workers: int

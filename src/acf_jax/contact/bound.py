@@ -81,12 +81,11 @@ def bounded(
     **Arguments:** `main`: a law in place of the main explanation's own, for example a surrogate's.
     """
     factor = float(norm.ppf(confidence))
-    variants = (model.main, *model.others)
     laws = (main or exact(model.main.peak), *(exact(v.peak) for v in model.others))
     reach = max(factor, 1.0)
-    displacements = [_displacements(model, v, reach) for v in variants]
-    least = [np.r_[v.low, 0.0, 0.0] for v in variants]
-    weights = np.array([v.weight for v in variants])
+    displacements = [_displacements(model, v, reach) for v in model.variants]
+    least = [np.r_[v.low, 0.0, 0.0] for v in model.variants]
+    weights = np.array([v.weight for v in model.variants])
 
     def found(z: Float[Array, " p"], body: Body) -> Bounded:
         places = (z, *(beside(model.main, v, z) for v in model.others))

@@ -51,6 +51,16 @@ class ContactModel(eqx.Module):
         """z at the parameters' best values."""
         return np.array([*self.main.theta, v_e, f_p])
 
+    @property
+    def variants(self) -> tuple[Variant, ...]:
+        """Every explanation, the main one first."""
+        return (self.main, *self.others)
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether samples of some explanation cost a simulation with effects."""
+        return any(v.peak.is_simulated() for v in self.variants)
+
     def relative_of(self, v: Variant) -> np.ndarray:
         """`relative` for z of one of the explanations: the extra parameters of one beside the main have none."""
         if v is self.main:
@@ -130,7 +140,7 @@ def spread(
     gradient, branches = jax.jacfwd(forces, has_aux=True)(z)
     own = jnp.pad(gradient[:, :-2] @ jnp.asarray(main.covariance), ((0, 0), (0, 2)))
     shares = gradient * own + (gradient * (jnp.asarray(model.relative) * z)[None]) ** 2
-    weights = jnp.array([main.weight, *(v.weight for v in model.others)])
+    weights = jnp.array([v.weight for v in model.variants])
     others = [v.peak(beside(main, v, z), body).force for v in model.others]
     between = jnp.zeros(())
     if others:
@@ -191,11 +201,10 @@ def draw_forces(
     law that it stands for. A parameter that a draw would carry below its least value is put there.
     """
     random = np.random.default_rng(seed)
-    variants = (model.main, *model.others)
-    weights = np.array([v.weight for v in variants])
+    weights = np.array([v.weight for v in model.variants])
     counts = random.multinomial(draws, weights / weights.sum())
     found = []
-    for v, n in zip(variants, counts, strict=True):
+    for v, n in zip(model.variants, counts, strict=True):
         if not n:
             continue
         centre = np.asarray(z if v is model.main else beside(model.main, v, jnp.asarray(z)))

@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import ContactModel, draw_forces
-from acf_jax.designs.task import Margin, Task, upper_forces
+from acf_jax.designs.task import Margin, Task, upper_at
 
 TO_SPARE = 2.0  # standard errors of the drawn probability by which the stated one is exceeded
 FAILURES = 20  # draws, at least, that may break the limit: then `TO_SPARE` errors are less than half of them
@@ -45,8 +45,7 @@ def least_draws(probability: float) -> int:
 
 def draws_fault(model: ContactModel, probability: float, draws: int) -> str | None:
     """Why so many draws are too few, with the remedy; None where they are enough, or more cost next to nothing."""
-    is_dear = any(v.peak.is_simulated() for v in (model.main, *model.others))
-    if not is_dear or draws >= least_draws(probability):
+    if not model.is_simulated or draws >= least_draws(probability):
         return None
     return (
         f"a probability of {probability:g} needs at least {least_draws(probability)} draws, here simulated, but are"
@@ -71,10 +70,10 @@ def margin_at(task: Task, z: np.ndarray, margin: Margin, draws: int, seed: int) 
     Where too many draws have no peak there is no quantile, and the reach has to grow: for a peak that ends at a plane
     in b standard deviations, a share Phi(-b) of the draws has none.
     """
-    upper, force, exists = (x[0] for x in upper_forces(task.model, z[None], Margin(1.0)))
-    std = float(upper - force)
+    upper, force, exists, _ = upper_at(task.model, z, Margin(1.0))
+    std = upper - force
     if std <= 1e-12 * force:
-        return margin, bool(exists and force <= task.limit)
+        return margin, exists and force <= task.limit
     found, share = draw(task.model, z, draws, seed), held_share(task.probability, draws)
     quantile = found.quantile(share)
     if np.isfinite(quantile):

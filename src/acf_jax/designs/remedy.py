@@ -7,7 +7,7 @@ import numpy as np
 from acf_jax.contact.peak import RIG
 from acf_jax.designs.boundary import first_failure
 from acf_jax.designs.chance import draw, held_share, is_kept, margin_at
-from acf_jax.designs.task import Margin, Task, upper_forces
+from acf_jax.designs.task import Margin, Task, upper_at, upper_forces
 
 LEAST_LEFT = 0.01  # of a quantity: less of it is no remedy
 MOST_GROWN = 10.0  # of a quantity that would have to grow
@@ -41,7 +41,7 @@ class Infeasible(NamedTuple):
 
 def explain(task: Task, z: np.ndarray, margin: Margin, scanned: int, draws: int, seed: int) -> Infeasible:
     """The least loaded point `z`, with every single change that would do; each keeps the stated probability."""
-    _, force, exists = (x[0] for x in upper_forces(task.model, z[None], Margin(0.0)))
+    _, force, exists, _ = upper_at(task.model, z, Margin(0.0))
     drawn = draw(task.model, z, draws, seed)
     upper = drawn.quantile(held_share(task.probability, draws))
     found = [
@@ -54,10 +54,10 @@ def explain(task: Task, z: np.ndarray, margin: Margin, scanned: int, draws: int,
     return Infeasible(
         task,
         z,
-        float(force),
+        force,
         upper,
         margin,
-        bool(exists),
+        exists,
         float(1 - drawn.exists.mean()),
         drawn.probability(task.limit),
         scanned,

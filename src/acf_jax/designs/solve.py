@@ -13,7 +13,7 @@ from acf_jax.designs.exact import conditions
 from acf_jax.designs.optimum import Optimum, find_optimum, start_points
 from acf_jax.designs.remedy import Infeasible, explain
 from acf_jax.designs.stop import needed_stop
-from acf_jax.designs.task import Margin, Task, spread_at, upper_forces
+from acf_jax.designs.task import Margin, Task, upper_at
 
 ROUNDS = 12
 ATTEMPTS = 4  # searches, each with the margin that the fresh draws of the one before ask for
@@ -133,8 +133,7 @@ def _larger(one: Margin, other: Margin) -> Margin:
 
 def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int) -> Design:
     model, z = task.model, task.point(found.u)
-    own = spread_at(model, z, margin)
-    upper, force = (float(x[0]) for x in upper_forces(model, z[None], margin)[:2])
+    upper, force, _, own = upper_at(model, z, margin)
     at_limit = upper >= task.limit * (1 - 1e-9)
     met = conditions(task, margin.factor, found.u)
     c = task.coordinate

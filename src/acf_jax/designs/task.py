@@ -141,10 +141,10 @@ def upper_forces(model: ContactModel, z: np.ndarray, margin: Margin) -> Upper:
     return joined[0], joined[1], joined[2]
 
 
-def spread_at(model: ContactModel, z: np.ndarray, margin: Margin) -> Spread:
-    """Where the standard deviation at one sample z (p,) comes from, by the program of `upper_forces`."""
-    found: Spread = jax.tree.map(lambda x: np.asarray(x)[0], _padded(model, z[None], margin)[-1])
-    return found
+def upper_at(model: ContactModel, z: np.ndarray, margin: Margin) -> tuple[float, float, bool, Spread]:
+    """The same of one sample z (p,), and where its standard deviation comes from."""
+    upper, force, exists, own = jax.tree.map(lambda x: np.asarray(x)[0], _padded(model, z[None], margin))
+    return float(upper), float(force), bool(exists), own
 
 
 def _size(model: ContactModel) -> int:
@@ -162,7 +162,6 @@ def _padded(model: ContactModel, z: np.ndarray, margin: Margin) -> tuple[Array, 
 
 def _differences(task: Task, factor: float, u: np.ndarray) -> tuple[float, np.ndarray]:
     """The same by central differences, one-sided at the box's faces."""
-    u = np.clip(u, 0.0, 1.0)
     moved = np.clip(
         u + DIFFERENCE * np.concatenate([np.zeros((1, u.size)), np.eye(u.size), -np.eye(u.size)]), 0.0, 1.0
     )
@@ -190,12 +189,13 @@ def value_and_slope(task: Task, factor: float) -> Callable[[np.ndarray], tuple[f
     By differences where the force is simulated: second derivatives of a simulation take from many seconds to minutes to
     compile, and its samples leave no more digits.
     """
-    if task.is_sampled:
-        return lambda u: _differences(task, factor, np.asarray(u, float))
 
     @functools.lru_cache(maxsize=2)  # SciPy asks for the value and for the gradient in turn
     def at(key: bytes) -> tuple[float, np.ndarray]:
-        z = jnp.asarray(task.point(np.clip(np.frombuffer(key), 0.0, 1.0)))
+        u = np.clip(np.frombuffer(key), 0.0, 1.0)
+        if task.is_sampled:
+            return _differences(task, factor, u)
+        z = jnp.asarray(task.point(u))
         value, slope = _slope(task.model, z, jnp.asarray(factor), task.free)
         return float(value) / task.limit, np.asarray(slope) * (task.high - task.low) / task.limit
 

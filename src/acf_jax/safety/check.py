@@ -95,10 +95,8 @@ class Checker:
         self.verdict, self.k_f = model.verdict, float(model.main.theta[RIG.index("k_f")])
         self.confidence = confidence
         self.lasting = 1 + float(norm.ppf(confidence)) * float(model.relative[-1])
-        self.exact, self.whole = (
-            exact_way(model, confidence),
-            compiled(whole(model, confidence), is_simulated=True),
-        )
+        self.exact = exact_way(model, confidence)
+        self.whole = compiled(whole(model, confidence), is_simulated=True)
         has_closed_form = isinstance(model.main.peak, ClosedForm)
         self.bound = compiled(bound(model, confidence)) if has_closed_form else None
         self.quick: Way | None = None

@@ -100,8 +100,7 @@ def bound(model: ContactModel, confidence: float) -> Program:
 
 def _compiled(model: ContactModel, confidence: float, law: Law | None = None) -> Way:
     first_peak = bounded(model, confidence, law)
-    is_simulated = any(v.peak.is_simulated() for v in (model.main, *model.others))
-    return compiled(_joined(lambda z, body, _: first_peak(z, body)), is_simulated)
+    return compiled(_joined(lambda z, body, _: first_peak(z, body)), model.is_simulated)
 
 
 def _joined(found: Callable[[Float[Array, " p"], Body, Ending], Bounded]) -> Program:
