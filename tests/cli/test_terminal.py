@@ -1,5 +1,6 @@
 """What a shell and a terminal see: completion, version, colours, Ctrl-C; and `python -m train.fit` alike."""
 
+import gc
 import json
 import os
 import pty
@@ -7,11 +8,13 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from acf_jax import __version__
+from acf_jax.cli._ending import end_well
 from acf_jax.cli.main import COMPLETE, main
 from tests.needs import need_program
 from train import fit
@@ -89,6 +92,22 @@ def test_ctrl_c_while_a_diagnosis_runs(tmp_path):
     assert process.returncode == 130 and not printed
     assert b"stopped; nothing is left half-written" in told and b"Traceback" not in told
     assert not list(tmp_path.iterdir())
+
+
+def test_ctrl_c_in_a_callback_of_the_garbage_collector_counts(capsys):
+    def interrupt(*_):
+        gc.callbacks.remove(interrupt)
+        signal.raise_signal(signal.SIGINT)
+
+    def work():
+        gc.callbacks.append(interrupt)
+        gc.collect()
+        for _ in range(200):  # a signal that is only noted ends no sleep
+            time.sleep(0.05)
+
+    before = sys.unraisablehook
+    assert end_well(work) == 130 and sys.unraisablehook is before
+    assert capsys.readouterr().err == "\nstopped; nothing is left half-written\n"
 
 
 def test_training_ends_as_every_command_does(monkeypatch, capsys, tmp_path):

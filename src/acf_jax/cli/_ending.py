@@ -5,7 +5,9 @@ diverged). 2: a fault
 of the options, of the input or of a file that cannot be written. 130: stopped by Ctrl-C.
 """
 
+import _thread
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -15,6 +17,7 @@ from acf_jax.errors import InputError, TooLittleData, one_line
 
 NO, FAULT, STOPPED = 1, 2, 130
 NOTHING_LEFT = "nothing is left half-written"
+AGAIN = 0.05  # s, until Ctrl-C is told again where it fell into a callback
 
 
 @contextmanager
@@ -29,7 +32,8 @@ def resumable(how: str) -> Iterator[None]:
 def end_well(work: Callable[[], int | None]) -> int:
     """The exit code of `work`, after one message on standard error where it did not end by itself."""
     try:
-        return work() or 0
+        with _ctrl_c_counts_everywhere():
+            return work() or 0
     except TooLittleData as refusal:
         return _say(NO, *(f"no answer: {reason}" for reason in refusal.faults))
     except InputError as error:
@@ -47,6 +51,24 @@ def end_well(work: Callable[[], int | None]) -> int:
         names = " to ".join(str(name) for name in (error.filename, error.filename2) if name)
         what = error.strerror or str(error)
         return _say(FAULT, f"error: {f'{names}: ' if names else ''}{what}; check path, permissions and disk")
+
+
+@contextmanager
+def _ctrl_c_counts_everywhere() -> Iterator[None]:
+    """Python only reports what is raised in a callback of its garbage collector, of which JAX has one."""
+    report = sys.unraisablehook
+
+    def heard(unraisable: "sys.UnraisableHookArgs") -> None:
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            threading.Timer(AGAIN, _thread.interrupt_main).start()
+        else:
+            report(unraisable)
+
+    sys.unraisablehook = heard
+    try:
+        yield
+    finally:
+        sys.unraisablehook = report
 
 
 def _usage(error: click.ClickException) -> list[str]:
