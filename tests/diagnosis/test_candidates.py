@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import candidates
+from acf_jax.inference.baseline import Ground
 from acf_jax.inference.parameters import Measures, every_effect, starts
+from tests.imagined import imagined
 
 RIPPLE = [p.name for p in every_effect()["unknown_robot"].parameters()].index("ripple_hz")
 
@@ -46,3 +48,11 @@ def test_a_free_curve_gets_a_glance_from_each_of_its_starts(begun: list[tuple[fl
 def test_a_better_fit_of_a_free_curve_stands(begun: list[tuple[float, int]]) -> None:
     known = curve("unknown_robot", 5.0)
     assert candidates.fit_further(GROUND, known) is known
+
+
+def test_a_ring_as_large_as_the_force_is_seen_at_a_glance() -> None:
+    """What is left without it is so much that the refitted rig leads astray: it is looked for from the prior."""
+    observations = imagined("fixture_mass", (0.2, 4e7, 7e-6))
+    ground = Ground.of(observations, candidates.fit_nominal(observations))
+    (glance,) = candidates.glances(ground, "fixture_mass")
+    assert glance.objective < 1e-3 * ground.fitted.objective

@@ -41,17 +41,21 @@ def glances(ground: Ground, name: str) -> list[Fit]:
     An effect's own starts begin at the rig's prior, and one more at the recalibrated model with what explains most of
     what it leaves, scaled and as it was looked for, where that is none of the starts. Where it leaves little, the
     answer is a small step from it: there all starts begin at the recalibrated model, and only the strongest at the
-    prior, too. A free curve begins with its first start at the prior and with the one that promises most at the
+    prior, too. Where it leaves much, its rig has taken up what the effect does, and what was looked for begins at the
+    prior as well. A free curve begins with its first start at the prior and with the one that promises most at the
     recalibrated model, so that it never explains less than that.
     """
     begins, promise = starts(name, ground.observations.measures), ground.promise(name)
     if name in library():
-        near = begins if _leaves_little(ground) else []
-        far = begins[-1:] if near else begins
+        found: list[list[float]] = []
         if promise.gain > HINT:
             for start in (promise.parameters.tolist(), promise.start):
-                if start not in (*begins, *near):  # what is scaled is often what explains most as it is
-                    near = [*near, start]
+                if start not in (*begins, *found):  # what is scaled is often what explains most as it is
+                    found = [*found, start]
+        if _leaves_little(ground):
+            far, near = begins[-1:], [*begins, *found]
+        else:
+            far, near = [*begins, *found], found
         return [best(_glances_from(ground, name, far, near))]
     return _glances_from(ground, name, begins[:1], [promise.start])
 
