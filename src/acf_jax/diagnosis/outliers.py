@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from acf_jax.diagnosis.search import FAR
+from acf_jax.inference.discrepancy import FORMS, discrepancy
 from acf_jax.inference.fit import Fit, after_a_step, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import is_free_curve
@@ -27,12 +28,16 @@ def outliers(observations: Observations, fits: Sequence[Fit]) -> dict[str, str]:
 
 
 def _misfits(observations: Observations, fitted: Fit) -> dict[str, str]:
-    """Trials that the best explanation does not fit while it fits the others."""
-    samples = np.maximum(observations.used.sum(1), 1)
-    ratio = fitted.chi2 / samples
+    """Trials that the best explanation does not fit while it fits the others, nor does it beside inexact forms.
+
+    What forms get wrong is largest where trials are fastest or hardest: that alone makes no fault of a trial.
+    """
+    ratio, chosen = _far_off(fitted)
+    if chosen.size:
+        o = replace(observations, discrepancy=discrepancy(observations, FORMS))
+        beside = fit(o, fitted.explanation, fitted.theta, fitted.nuisance, warm=True, program=fitted.program)
+        chosen = np.intersect1d(chosen, _far_off(beside)[1])
     usual = float(np.median(ratio))
-    beyond = fitted.chi2 - usual * samples > 40 + 8 * usual * np.sqrt(2 * samples)
-    chosen = np.flatnonzero(beyond & (ratio > OUTLIER * usual))
     if len(chosen) > max(1, len(ratio) // 10):
         return {}
     # what every trial of a condition shows is physics, not a fault; so may be what one beyond all others does
@@ -46,6 +51,15 @@ def _misfits(observations: Observations, fitted: Fit) -> dict[str, str]:
         f" {ratio[i] / usual:.0f} times that of the others"
         for i in chosen[~np.array(physics, bool)]
     }
+
+
+def _far_off(fitted: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Chi-square of a sample (trials,), and the trials, by index, where it is far above that of the others."""
+    samples = np.maximum(fitted.observations.used.sum(1), 1)
+    ratio = fitted.chi2 / samples
+    usual = float(np.median(ratio))
+    beyond = fitted.chi2 - usual * samples > 40 + 8 * usual * np.sqrt(2 * samples)
+    return ratio, np.flatnonzero(beyond & (ratio > OUTLIER * usual))
 
 
 def _bends_every_fit(observations: Observations, fits: Sequence[Fit]) -> dict[str, str]:
