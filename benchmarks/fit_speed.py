@@ -19,7 +19,7 @@ from acf_jax.dataset import assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.forward import BLOCK, Grid, forward
+from acf_jax.inference.forward import BLOCKS, Grid, forward
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Observations, observe
 from acf_jax.inference.parameters import Explanation, label, starts
@@ -75,7 +75,7 @@ def measure(observations: Observations, explanation: Explanation, repeats: int) 
 def program_table(repeats: int) -> str:
     """CPU time, all threads, of one block of trials: a wall clock would measure the machine's other work, too."""
     lines = ["| program | ms, median | min … max |", "|---|--:|--:|"]
-    v_e, f_p = np.linspace(0.05, 0.3, BLOCK), np.linspace(20.0, 100.0, BLOCK)
+    v_e, f_p = np.linspace(0.05, 0.3, BLOCKS[0]), np.linspace(20.0, 100.0, BLOCKS[0])
     for explanation in (*EXPLANATIONS, *((name,) for name in free_curves())):
         theta = np.concatenate([RIG, *(starts(name)[0] for name in explanation)])
         forward(explanation, theta, v_e, f_p, STEPS, REACH)
@@ -127,7 +127,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     jax.config.update("jax_enable_x64", True)
     if options.programs:
-        print(f"{BLOCK} trials, {STEPS.steps} steps, {options.repeats} runs; {describe()}\n")
+        print(f"{BLOCKS[0]} trials, {STEPS.steps} steps, {options.repeats} runs; {describe()}\n")
         print(program_table(options.repeats))
         return
     dataset = draw_set(options.trials)

@@ -117,7 +117,7 @@ def test_waves_of_a_discrepancy_act_on_bounds_as_on_readings() -> None:
     assert o.discrepancy is not None and o.n_shared == o.discrepancy.own.shape[1]
     for found, ahead, behind in (
         (linear.by_parameter[:, -o.n_shared], left(step, 0.0), left(-step, 0.0)),
-        (linear.by_ringing[:, -o.n_shared], left(0.0, step), left(0.0, -step)),
+        (linear.waves.own[:, -o.n_shared], left(0.0, step), left(0.0, -step)),
     ):
         assert found == pytest.approx((behind - ahead) / (2 * step), rel=1e-4, abs=1e-5)
         assert np.abs(found[bounds]).max() > 0.1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 
-from acf_jax.inference.forward import Grid, forward, unpack
+from acf_jax.inference.forward import BLOCKS, Grid, block_for, forward, unpack
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.parameters import every_effect
 from acf_jax.model import Impact
@@ -60,3 +60,26 @@ def test_an_effect_of_the_program_without_strength_changes_nothing() -> None:
     scale = np.abs(alone.rows).max(axis=(0, 2))[:, None]
     assert (np.abs(within.rows - alone.rows) <= 1e-9 * scale).all()
     np.testing.assert_allclose(within.contact, alone.contact, rtol=0, atol=1e-9 * alone.contact.max())
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_trials_that_need_fewer_steps_are_the_same_up_to_there(block: int) -> None:
+    """More trials than one call takes, in no order of their lengths."""
+    rng = np.random.default_rng(0)
+    v_e, f_p, steps = rng.uniform(0.05, 0.3, 30), rng.uniform(20, 100, 30), rng.integers(20, 120, 30)
+    theta = np.array([*RIG, 8.0])
+    whole = forward(("gravity",), theta, v_e, f_p, GRID)
+    found = forward(("gravity",), theta, v_e, f_p, GRID._replace(block=block), steps=steps)
+    scale = np.abs(whole.rows).max(axis=(0, 2))[:, None]
+    for i, last in enumerate(steps + 1):
+        np.testing.assert_allclose(found.contact[i, :last], whole.contact[i, :last], rtol=1e-9, atol=1e-9)
+        assert (np.abs(found.rows[i, :, :last] - whole.rows[i, :, :last]) <= 1e-9 * scale).all()
+
+
+@pytest.mark.parametrize(
+    "steps, block",
+    [([300] * 20, 24), ([300] * 30, 16), ([300] * 6, 8), ([1000] * 4 + [100] * 16, 8)],
+    ids=["as many as fit", "two calls", "few", "few long ones"],
+)
+def test_as_many_trials_a_call_as_are_simulated_soonest(steps: list[int], block: int) -> None:
+    assert block_for(np.array(steps)) == block

@@ -4,10 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acf_jax.dataset.low_pass import settling_time
 from acf_jax.inference import unfinished
-from acf_jax.inference.forward import SAMPLES, Grid, step_for
-from acf_jax.inference.linear import Linearisation, half_chi_square, linearise, normal_equations
+from acf_jax.inference.forward import SAMPLES, Grid, block_for, step_for
+from acf_jax.inference.linear import (
+    BEYOND,
+    Linearisation,
+    half_chi_square,
+    linearise,
+    normal_equations,
+    steps_of,
+)
 from acf_jax.inference.observations import COMMON_TRIGGER, Observations
 from acf_jax.inference.parameters import (
     COMMON,
@@ -22,11 +28,12 @@ from acf_jax.inference.parameters import (
 STRIDE = 2.0  # sampling intervals of its longest step
 RESOLVED = 0.1  # periods of a filter's cutoff: its longest step
 RINGING, LAGGING = 1.0, 1 / 3  # the same where a sensor has dynamics of its own, and where it follows late
-BEYOND = 6  # steps of the grid after the last sample, to tell either side of a loss of contact right there
-PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 COARSEST = 100.0  # a fit stops at up to so much larger a gain, the farther it is from the data
 ITERATIONS = 40  # of a fit, at most
 TOLERANCE = 1e-5  # share of the objective that an iteration has to gain
+ENOUGH = 2  # iterations that gain less, where more is promised or their steps are damped
+CERTAIN = 10.0  # times what they promise may still be gained, as where a contact is just lost
+DAMPING = 1e-3  # with which a fit begins: hardly any
 PRIOR_CURVATURE = 1.0  # of the objective by the priors alone; less of it is rounding
 STIFFEST = 1e4  # damping at which a step is too small to matter
 FARTHEST = 8.0  # a nuisance stays within this many prior standard deviations
@@ -106,21 +113,16 @@ def grid_for(
 
     `program`: of `Grid`.
     """
-    prior = observations.prior
-    latest = observations.time + 3 * observations.trigger_std * observations.interval[:, None]
-    end = float(latest[observations.weighed].max())
+    prior, low_pass = observations.prior, observations.low_pass
     interval = observations.intervals.min(initial=np.inf)
-    if observations.peak_only.any():
-        end = max(end, PEAK_WITHIN / np.pi * prior.impact_time)
+    end = float(observations.ends.max())
     sampled = _stride(explanation) * interval
-    low_pass = observations.low_pass
     if low_pass:
         sampled = min(sampled, RESOLVED / low_pass.cutoff_hz)
-        # readings know what comes after them
-        end += settling_time(low_pass) if low_pass.zero_phase else 0.0
     longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
     h = max(min(step_for(*prior.values), longest), end / (SAMPLES - BEYOND - 2))
-    return Grid(h, int(np.ceil(end / h)) + BEYOND, low_pass=low_pass, program=program)
+    steps = steps_of(observations, h)
+    return Grid(h, int(steps.max()), low_pass=low_pass, program=program, block=block_for(steps))
 
 
 def _stride(explanation: Explanation) -> float:
@@ -188,7 +190,8 @@ def fit(
     While the model is far from the data, the noise is taken as large as the misfit: the priors keep the rig where it
     is known to be, and the effect has to explain the data rather than the rig.
 
-    **Returns:** a `Fit`; stops after two iterations that gain less than the share `tolerance` of the objective.
+    **Returns:** a `Fit`; stops after an iteration that gains less than the share `tolerance` of the objective, and
+    promised far less, or two that gain less.
     """
     interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_INTERVAL
     waves = np.ones(observations.n_shared)
@@ -245,7 +248,7 @@ def _optimum(
     grid = grid._replace(pull=0.0 if warm else 1.0)
     linear = linearise(observations, explanation, at, u, nuisance, grid)
     inflation = 1.0 if warm else _inflation(linear, observations.n_used)
-    damping, small = 1e-3, 0
+    damping, small = DAMPING, 0
     if not np.isfinite(half_chi_square(linear, u, nuisance)):
         iterations = 0  # the simulation breaks down at the start: another start has to do
     for _ in range(iterations):
@@ -266,11 +269,13 @@ def _optimum(
             damping *= 8
         else:
             break
+        expected = normal.expected(step) if damping <= DAMPING else np.inf
         u, nuisance, linear, damping = u + step, nuisance_new, linear_new, max(damping / 5, 1e-8)
         calmer = min(inflation, _inflation(linear, observations.n_used))
         coarse = min(COARSEST, max(1.0, 2 * value * inflation / observations.n_used) ** 2)
-        small = small + 1 if gain < tolerance * coarse * max(1.0, value) else 0
-        if small >= 2:
+        little = tolerance * coarse * max(1.0, value)
+        small = ENOUGH if max(gain, CERTAIN * expected) < little else small + 1 if gain < little else 0
+        if small >= ENOUGH:
             if inflation == 1.0 and grid.pull == 0.0:
                 break
             # what is left is not noise: end with the data at full weight and a contact that lets go

@@ -37,7 +37,9 @@ MADE_OF = (  # what holds all that the program calls
     "simulator",
 )
 PROGRAMS = 64  # that stay loaded: each takes 10 to 100 MB, and little time to load again
-BLOCK = 24  # trials of one call, the last one padded: data sets of every size share compiled code and memory is bounded
+# trials of one call, the last one padded: data sets of every size share compiled code, and memory is bounded
+BLOCKS = (24, 16, 8)
+STEP = 4  # a step of a call takes as long as it does for so many trials more
 
 
 class Grid(NamedTuple):
@@ -51,11 +53,30 @@ class Grid(NamedTuple):
     low_pass: LowPass | None = None  # that readings have been through
     # with more effects, which is compiled already: without strength these change nothing
     program: Explanation | None = None
+    block: int = BLOCKS[0]  # trials of one call
 
 
 def step_for(m: float, d: float, k_f: float, k_c: float) -> float:
     """The longest step, s, of a simulation of a rig: a share of a radian, within the decay of a strong damper."""
     return float(1 / max(np.sqrt((k_f + k_c) / m) / STEP_PER_RADIAN, d / m))
+
+
+def block_for(steps: np.ndarray) -> int:
+    """Trials of one call with which those that need so many `steps` (trials,) each are simulated soonest.
+
+    All of one call take as many as the longest of them.
+    """
+
+    def spent(block: int) -> int:
+        return sum(int(steps[part].max()) for part in _blocks(steps, block)) * (STEP + block)
+
+    return min(BLOCKS, key=spent)
+
+
+def _blocks(steps: np.ndarray, block: int) -> list[np.ndarray]:
+    """Trials of one call each, by index, the longest together."""
+    order = np.argsort(-steps, kind="stable")
+    return [order[first : first + block] for first in range(0, len(order), block)]
 
 
 class Forces(NamedTuple):
@@ -116,8 +137,8 @@ def system_of(
 
 
 @functools.lru_cache(PROGRAMS)
-def _program(explanation: Explanation, is_moved: bool) -> Callable[..., tuple[Array, Array]]:
-    """Of impacts; `is_moved`: whose robots move as measured."""
+def _program(explanation: Explanation, is_moved: bool, block: int) -> Callable[..., tuple[Array, Array]]:
+    """Of so many impacts as a `block` has; `is_moved`: whose robots move as measured."""
 
     def program(
         z: Float[Array, "trials p+2+q"],
@@ -132,9 +153,9 @@ def _program(explanation: Explanation, is_moved: bool) -> Callable[..., tuple[Ar
         return simulate_with_derivatives(make, z, h, SAMPLES, steps, moves)
 
     number = jax.ShapeDtypeStruct((), float)
-    z = jax.ShapeDtypeStruct((BLOCK, len(parameters(explanation)) + 2 + ERRORS * is_moved), float)
+    z = jax.ShapeDtypeStruct((block, len(parameters(explanation)) + 2 + ERRORS * is_moved), float)
     steps = jax.ShapeDtypeStruct((), int)
-    moves = jax.ShapeDtypeStruct((1 + ERRORS, NODES, BLOCK), float)
+    moves = jax.ShapeDtypeStruct((1 + ERRORS, NODES, block), float)
     motion = (number, moves, moves) if is_moved else ()
     name = f"forward {explanation}{' as measured' * is_moved}"
     return kept(program, name, (z, number, steps, number, number, *motion), MADE_OF)
@@ -161,12 +182,14 @@ def forward(
     reach: float = np.inf,
     robot: RobotMotion | None = None,
     error: np.ndarray | None = None,
+    steps: np.ndarray | None = None,
 ) -> Forces:
     """Forces of all trials and their derivatives.
 
     **Arguments:** `theta`: (p,) the explanation's parameters, SI units. `v_e`, `f_p`: (trials,), m/s and N. `reach`: of
     `reach_of`, where a free curve is continued beyond the trials that it was fitted to. `robot`: how it was measured to
     move in addition to v_E. `error`: (trials, q) how far that is off, in standard deviations; none is the default.
+    `steps`: (trials,) how many each trial needs, where that is less than the grid has; zeros are behind them.
 
     **Returns:** `Forces`; not finite where the integration is unstable.
     """
@@ -179,19 +202,20 @@ def forward(
     z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
     if robot:
         z = np.column_stack([z, np.zeros((n, ERRORS)) if error is None else error])
-    contact, rows = np.empty((n, used)), np.empty((n, z.shape[1] + 1, used))
-    for first in range(0, n, BLOCK):
-        here = slice(first, min(first + BLOCK, n))
-        padded = first + np.arange(BLOCK) % (here.stop - first)
+    needed = np.full(n, grid.steps) if steps is None else np.minimum(steps, grid.steps)
+    contact, rows = np.zeros((n, used)), np.zeros((n, z.shape[1] + 1, used))
+    run = _program(program, robot is not None, grid.block)
+    for here in _blocks(needed, grid.block):
+        padded = here[np.arange(grid.block) % len(here)]
         motion: tuple[Any, ...] = ()
         if robot:
             moves = robot.of(padded)
             motion = robot.spacing, *(np.moveaxis(x, 0, -1) for x in (moves.velocity, moves.displacement))
-        run = _program(program, robot is not None)
-        found = run(z[padded], grid.h, grid.steps, grid.pull, reach, *motion)
+        longest = int(needed[here].max())
+        found = run(z[padded], grid.h, longest, grid.pull, reach, *motion)
         # turned here, where most of the grid is left out already
-        contact[here] = np.asarray(found[0])[:used, : here.stop - first].T
-        rows[here] = np.asarray(found[1])[:used, :, : here.stop - first].transpose(2, 1, 0)
+        contact[here, : longest + 1] = np.asarray(found[0])[: longest + 1, : len(here)].T
+        rows[here, :, : longest + 1] = np.asarray(found[1])[: longest + 1, :, : len(here)].transpose(2, 1, 0)
     if grid.low_pass:  # linear: it does to derivatives what it does to forces
         rows[:, :, 0] /= (
             2  # the step at first contact is at time 0, not in the middle of the interval before it

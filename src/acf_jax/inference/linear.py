@@ -5,22 +5,25 @@ trigger time, the errors of a measured motion, and two parts of each ring. They 
 complement, so the cost is linear in trials.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from acf_jax.inference.censoring import at_least
 from acf_jax.inference.forward import Forces, Grid, forward
 from acf_jax.inference.interpolation import combine, combine_row, peak_of, taps
-from acf_jax.inference.observations import N_NUISANCE, Observations
+from acf_jax.inference.observations import N_NUISANCE, Observations, Waves
 from acf_jax.inference.parameters import COMMON, Coordinates, Explanation, parameters
 
+BEYOND = 6  # steps after the last sample of a trial, to tell either side of a loss of contact right there
 LARGEST = 1e7  # residuals and derivatives beyond it, in units of the noise, come from an unstable integration
 
 
 def is_bounded(values: np.ndarray) -> bool:
     """Whether residuals or derivatives, in units of the noise, come from a stable integration."""
-    return bool(np.abs(values).max(initial=0.0) < LARGEST)  # not a number is not smaller either
+    # what is not a number is neither
+    return bool(values.max(initial=0.0) < LARGEST and values.min(initial=0.0) > -LARGEST)
 
 
 @dataclass(frozen=True)
@@ -28,27 +31,37 @@ class Linearisation:
     """Whitened residuals and derivatives of every trial at one point."""
 
     residual: np.ndarray  # (trials, n) whitened measured minus predicted
-    by_parameter: np.ndarray  # (trials, p, n) whitened derivative of the prediction in u
+    by_law: np.ndarray  # (trials, p - w, n) whitened derivative of the prediction in u, but for shared waves
     by_motion: np.ndarray  # (trials, 3 + q, n) the same in the nuisances that change the motion
-    by_ringing: (
-        np.ndarray
-    )  # (trials, k, n) in all others: that of the observations at every point, but for bounds
+    waves: Waves  # the same in all others, that of the observations at every point, but for bounds
     predicted: np.ndarray  # (trials, n) N
     spread: np.ndarray  # (trials, 3 + q, n) N, change of the force by one standard deviation of those
 
-    @property
+    @cached_property
+    def by_parameter(self) -> np.ndarray:
+        """(trials, p, n) whitened derivative of the prediction in u."""
+        return np.concatenate([self.by_law, self.waves.shared], axis=1)
+
+    @cached_property
     def by_nuisance(self) -> np.ndarray:
         """(trials, q, n) whitened derivative of the prediction in the trial's nuisances."""
-        return np.concatenate([self.by_motion, self.by_ringing], axis=1)
+        return np.concatenate([self.by_motion, self.waves.own], axis=1)
 
     @property
     def is_sound(self) -> bool:
         """Whether the integration was stable."""
-        return all(map(is_bounded, (self.residual, self.by_parameter, self.by_motion)))
+        return all(map(is_bounded, (self.residual, self.by_law, self.by_motion)))
 
     def of(self, trials: np.ndarray) -> "Linearisation":
         """That of some trials, given by index."""
-        return Linearisation(*(getattr(self, field.name)[trials] for field in fields(self)))
+        return Linearisation(
+            self.residual[trials],
+            self.by_law[trials],
+            self.by_motion[trials],
+            self.waves.of(trials),
+            self.predicted[trials],
+            self.spread[trials],
+        )
 
 
 def linearise(
@@ -100,7 +113,12 @@ def _forces(
     physical, common = np.split(theta, [len(parameters(explanation))])
     late = np.tile(common[COMMON : o.n_common], (len(shift), 1))  # of the robot's motion
     v_e, f_p, error = o.v_e + shift[:, 0], o.f_p + shift[:, 1], np.hstack([shift[:, N_NUISANCE:], late])
-    return forward(explanation, physical, v_e, f_p, grid, reach, o.robot, error)
+    return forward(explanation, physical, v_e, f_p, grid, reach, o.robot, error, steps_of(o, grid.h))
+
+
+def steps_of(o: Observations, h: float) -> np.ndarray:
+    """(trials,) steps of `h` s that the simulation of each trial needs."""
+    return np.ceil(o.ends / h).astype(int) + BEYOND
 
 
 def _times(o: Observations, forces: Forces, common: np.ndarray, nuisance: np.ndarray, h: float) -> np.ndarray:
@@ -153,17 +171,17 @@ def compare(
     rows[:, first : first + 2] = tangents[:, p : p + 2] * spread[:, :2, None]
     rows[:, first + 2] = timing * spread[:, 2:3]
     rows[:, first + N_NUISANCE :] = tangents[:, p + 2 : p + 2 + q]
-    ringing, shared = o.whitened_ringing, o.whitened_shared
+    waves = o.whitened_waves
     if share is not None:
         rows[:, 1:] *= share[:, None]
-        ringing, shared = (o.whiten(waves * (share * o.weighed)[:, None]) for waves in (o.ringing, o.shared))
+        waves = o.whiten_waves(share)
     rows *= o.weighed[:, None]
     white = o.whiten(rows)
     return Linearisation(
         white[:, 0],
-        np.concatenate([white[:, 1:first], shared], axis=1),
+        white[:, 1:first],
         white[:, first:],
-        ringing,
+        waves,
         predicted * o.used,
         rows[:, first:] * o.used[:, None],
     )
@@ -191,24 +209,43 @@ class Normal:
         """Chi-square that one step of everything takes, to first order."""
         return self.nuisance_gain + float(self.gradient @ np.linalg.solve(self.hessian, self.gradient))
 
+    def expected(self, step: np.ndarray) -> float:
+        """Half the chi-square that a step of the parameters and the nuisances' answer take, to first order."""
+        return 0.5 * self.nuisance_gain - float(self.gradient @ step + 0.5 * step @ self.hessian @ step)
+
 
 def normal_equations(
     linear: Linearisation, u: np.ndarray, nuisance: np.ndarray, inflation: float = 1.0
 ) -> Normal:
     """With the noise variance multiplied by `inflation`."""
-    r, j, k = (a / np.sqrt(inflation) for a in (linear.residual, linear.by_parameter, linear.by_nuisance))
-    across = k.swapaxes(1, 2)
-    nuisance_inverse = np.linalg.inv(k @ across + np.eye(k.shape[1]))
-    nuisance_gradient = nuisance - (k @ r[:, :, None])[:, :, 0]
-    cross = j @ across
+    gram, m, k = _gram(linear) / inflation, linear.by_motion.shape[1], linear.waves.own.shape[1]
+    moved, law = slice(m + k), slice(m + k, -1)
+    nuisance_inverse = np.linalg.inv(gram[:, moved, moved] + np.eye(m + k))
+    nuisance_gradient = nuisance - gram[:, moved, -1]
+    cross = gram[:, law, moved]
     reduced = cross @ nuisance_inverse
-    hessian = (
-        np.einsum("ipn,iqn->pq", j, j, optimize=True)
-        - np.einsum("ipb,iqb->pq", reduced, cross)
-        + np.eye(len(u))
-    )
-    gradient = u - np.einsum("ipn,in->p", j, r) - np.einsum("ipb,ib->p", reduced, nuisance_gradient)
+    hessian = gram[:, law, law].sum(0) - np.einsum("ipb,iqb->pq", reduced, cross) + np.eye(len(u))
+    gradient = u - gram[:, law, -1].sum(0) - np.einsum("ipb,ib->p", reduced, nuisance_gradient)
     return Normal(hessian, gradient, nuisance_inverse, nuisance_gradient, cross)
+
+
+def _gram(linear: Linearisation) -> np.ndarray:
+    """(trials, s, s) inner products of all signals: nuisances, then parameters, then the residual.
+
+    Those of the waves among one another are known: only what changes from point to point is multiplied.
+    """
+    waves, m, a = linear.waves, linear.by_motion.shape[1], linear.by_law.shape[1]
+    k, count = waves.own.shape[1], m + a + 1 + waves.both.shape[1]
+    same = np.r_[m : m + k, m + k + a : count - 1]
+    new = np.setdiff1d(np.arange(count), same)
+    signals = np.concatenate([linear.by_motion, linear.by_law, linear.residual[:, None]], axis=1)
+    gram = np.empty((len(signals), count, count))
+    gram[:, new[:, None], new] = signals @ signals.swapaxes(1, 2)
+    gram[:, same[:, None], same] = waves.gram
+    across = signals @ waves.both.swapaxes(1, 2)
+    gram[:, new[:, None], same] = across
+    gram[:, same[:, None], new] = across.swapaxes(1, 2)
+    return gram
 
 
 def half_chi_square(

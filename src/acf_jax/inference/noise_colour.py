@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from acf_jax.dataset import Noise, Trace
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.linear import Linearisation, half_chi_square, normal_equations
-from acf_jax.inference.observations import Observations
+from acf_jax.inference.observations import Observations, Waves
 from acf_jax.inference.whitening import Whitener
 
 WORTH = 6.0  # log likelihood that another colour has to gain: 0.25 % false alarms of two parameters
@@ -90,12 +90,11 @@ def _log_likelihood(observations: Observations, best: Fit, linear: Linearisation
     """Of the compared samples, parameters and nuisances integrated out; `linear`: the model about the fit, in N."""
     whiten = Whitener(observations.time, observations.used, noise)
     rows = whiten(np.concatenate([linear.residual[:, None], linear.by_parameter, linear.by_nuisance], axis=1))
-    residual, by_parameter, by_motion, by_ringing = np.split(
+    residual, by_law, by_motion, own = np.split(
         rows, np.cumsum([1, len(best.u), linear.by_motion.shape[1]]), axis=1
     )
-    white = replace(
-        linear, residual=residual[:, 0], by_parameter=by_parameter, by_motion=by_motion, by_ringing=by_ringing
-    )
+    waves = Waves.of_both(own, own.shape[1])
+    white = replace(linear, residual=residual[:, 0], by_law=by_law, by_motion=by_motion, waves=waves)
     normal = normal_equations(white, best.u, best.nuisance)
     volume = np.linalg.slogdet(normal.nuisance_inverse)[1].sum() - np.linalg.slogdet(normal.hessian)[1]
     left = half_chi_square(white, best.u, best.nuisance) - 0.5 * normal.gain

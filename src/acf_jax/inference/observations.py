@@ -24,6 +24,7 @@ ONSET = (
 TRIGGER = 0.5  # largest standard deviation of a trial's trigger about the common one, in sampling intervals
 SHORTEST_INTERVAL, LONGEST_INTERVAL = 1e-7, 10.0  # s, between samples: beyond, time is in another unit
 SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
+PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 NO_TIME = 1e-6  # s, in place of the sampling interval of a peak
 N_NUISANCE = 3  # of every trial: velocity, pretension, trigger time; a motion's and rings' come behind
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
@@ -40,6 +41,33 @@ class Discrepancy(NamedTuple):
         """That of some of the trials."""
         rough = self.rough and Rough(self.rough.std[index], self.rough.correlation_time)
         return Discrepancy(self.own[index], self.shared[index], rough)
+
+
+class Waves(NamedTuple):
+    """Whitened signals of rings and waves, in which a prediction is linear: the same at every point."""
+
+    both: np.ndarray  # (trials, k + w, n) those of each trial, then those that all share
+    n_own: int  # k
+    gram: np.ndarray  # (trials, k + w, k + w) their inner products
+
+    @classmethod
+    def of_both(cls, both: np.ndarray, n_own: int) -> "Waves":
+        """Of signals of which the first `n_own` are each trial's own."""
+        return cls(both, n_own, both @ both.swapaxes(1, 2))
+
+    @property
+    def own(self) -> np.ndarray:
+        """(trials, k, n) of each trial."""
+        return self.both[:, : self.n_own]
+
+    @property
+    def shared(self) -> np.ndarray:
+        """(trials, w, n) of all trials."""
+        return self.both[:, self.n_own :]
+
+    def of(self, trials: np.ndarray) -> "Waves":
+        """Those of some trials, given by index."""
+        return Waves(self.both[trials], self.n_own, self.gram[trials])
 
 
 @dataclass(frozen=True)
@@ -118,6 +146,16 @@ class Observations:
         """(trials, n) all samples that have a likelihood: readings and lower bounds."""
         return self.used if self.censored is None else self.used | self.censored
 
+    @cached_property
+    def ends(self) -> np.ndarray:
+        """(trials,) s after first contact, up to which the response of each is to be known."""
+        late = 3 * self.trigger_std * self.interval
+        ends = np.where(self.weighed, self.time + late[:, None], 0.0).max(1)
+        ends[self.peak_only] = PEAK_WITHIN / np.pi * self.prior.impact_time
+        if self.low_pass and self.low_pass.zero_phase:  # readings know what comes after them
+            ends[:] = ends.max() + settling_time(self.low_pass)
+        return ends
+
     @property
     def along(self) -> np.ndarray:
         """(trials, n) those of them that are of a trace."""
@@ -159,14 +197,14 @@ class Observations:
         return np.array(left) * self.f_p[:, None] / np.sqrt(12)
 
     @cached_property
-    def whitened_ringing(self) -> np.ndarray:
-        """(trials, k, n) the same in units of independent noise, zero where unused."""
-        return self.whiten(self.ringing * self.weighed[:, None])
+    def whitened_waves(self) -> "Waves":
+        """Rings and waves in units of independent noise, zero where unused."""
+        return self.whiten_waves(np.ones_like(self.time))
 
-    @cached_property
-    def whitened_shared(self) -> np.ndarray:
-        """(trials, k, n) the waves that all trials share, in units of independent noise, zero where unused."""
-        return self.whiten(self.shared * self.weighed[:, None])
+    def whiten_waves(self, share: np.ndarray) -> "Waves":
+        """The same of that share (trials, n) of each that counts."""
+        both = np.concatenate([self.ringing, self.shared], axis=1)
+        return Waves.of_both(self.whiten(both * (share * self.weighed)[:, None]), self.ringing.shape[1])
 
     @property
     def traced(self) -> np.ndarray:

@@ -12,6 +12,8 @@ import numpy as np
 
 from acf_jax.dataset import Noise
 
+AT_ONCE = 16  # samples: few products of matrices are quicker than many of numbers
+
 
 class Rough(NamedTuple):
     """A process that is forgotten exponentially (Ornstein-Uhlenbeck)."""
@@ -50,19 +52,32 @@ class Whitener:
             pair = decay[:, None, :, k] * decay[None, :, :, k]
             variance = pair * variance + (1 - pair) * alone
         self.log_volume = -float(np.log(scale[used]).sum())
-        self.size, self.decay, self.gain = (
-            np.moveaxis(part, 2, 0)[..., None] for part in (size, decay, gain)
-        )
-        self.scale = scale.T[:, :, None]
+        parts = (slice(first, first + AT_ONCE) for first in range(0, times.shape[1], AT_ONCE))
+        self.steps = [_over(*(a[..., part] for a in (size, decay, gain, scale))) for part in parts]
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Residuals and derivatives (trials, rows, n), zero where unused."""
         if not self.states:
             return np.asarray(values * self.used / self.noise.std)
-        values = np.ascontiguousarray(np.moveaxis(values, 2, 0))
-        white, state = np.empty_like(values), np.zeros((self.states, *values.shape[1:]))
-        for k, value in enumerate(values):
-            new = value - (self.size[k] * state).sum(0)
-            white[k] = new * self.scale[k]
-            state = self.decay[k] * (state + self.gain[k] * new)
-        return np.moveaxis(white, 0, 2) * self.used
+        white, state, first = np.empty_like(values), np.zeros((*values.shape[:2], self.states)), 0
+        for step in self.steps:
+            part = slice(first, first := first + step.shape[1] - self.states)
+            found = np.concatenate([values[:, :, part], state], axis=2) @ step
+            white[:, :, part], state = np.split(found, [-self.states], axis=2)
+        white *= self.used
+        return white
+
+
+def _over(size: np.ndarray, decay: np.ndarray, gain: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """(trials, k + s, k + s) what takes k samples and the s states before them to white ones and the states behind.
+
+    **Arguments:** of the filter: `size`, `decay`, `gain` (s, trials, k), `scale` (trials, k).
+    """
+    states, trials, count = size.shape
+    values = np.eye(count + states)
+    white, state = np.empty((trials, count + states, count)), values[:, count:].T[:, None]
+    for k in range(count):
+        new = values[:, k] - (size[:, :, k, None] * state).sum(0)
+        white[:, :, k] = new * scale[:, k, None]
+        state = decay[:, :, k, None] * (state + gain[:, :, k, None] * new)
+    return np.concatenate([white, np.moveaxis(state, 0, 2)], axis=2)

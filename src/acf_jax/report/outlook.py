@@ -7,7 +7,7 @@ import numpy as np
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.results import gap_model
 from acf_jax.gap_model import Which
-from acf_jax.inference.forward import BLOCK
+from acf_jax.inference.forward import BLOCKS
 from acf_jax.predict import Prediction, predict
 
 MODELS: tuple[Which, ...] = ("nominal", "recalibrated", "corrected")
@@ -46,7 +46,7 @@ def outlook(diagnosis: Diagnosis) -> Outlook:
     levels = np.unique(f_p)
     levels = levels[np.unique(np.linspace(0, len(levels) - 1, min(len(levels), LEVELS)).round().astype(int))]
     # as many velocities as fill the block that is compiled for the trials
-    each = max(6, -(-len(trials) // BLOCK) * BLOCK // len(levels))
+    each = max(6, -(-len(trials) // BLOCKS[0]) * BLOCKS[0] // len(levels))
     v_grid = np.linspace(v_e.min(), v_e.max(), each) if np.ptp(v_e) else v_e[:1]
     over_v, over_f = np.tile(v_grid, len(levels)), np.repeat(levels, len(v_grid))
     runs = {which: predict(model, over_v, over_f, which) for which in MODELS}
