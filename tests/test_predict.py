@@ -112,3 +112,7 @@ def test_a_model_whose_law_has_changed_since_is_refused(
     monkeypatch.setattr(library()["coulomb_friction"], "form", 2)
     with pytest.raises(InputError, match="corrected: was fitted with another form of coulomb_friction than"):
         read_model(path)
+    many = fitted.model_copy(update={"forms": (1, 1)})
+    path.write_text(write_model(model.model_copy(update={"corrected": many})))
+    with pytest.raises(InputError, match="corrected.forms: holds 2 numbers for 1 effects"):
+        read_model(path)

@@ -156,6 +156,10 @@ def _faults(path: Path, where: str, v: Variant) -> list[str]:
         return [
             f"{path}: {where}.effects: unknown effect '{strange[0]}'; this version knows {', '.join(every_effect())}"
         ]
+    if v.forms is not None and len(v.forms) != len(v.effects):
+        return [
+            f"{path}: {where}.forms: holds {len(v.forms)} numbers for {len(v.effects)} effects; write it anew with `diagnose`"
+        ]
     if changed := _changed(v):
         return [
             f"{path}: {where}: was fitted with another form of {', '.join(changed)} than this version has; diagnose the"
@@ -191,13 +195,10 @@ def forms(effects: tuple[str, ...]) -> tuple[int, ...]:
 
 
 def _changed(v: Variant) -> list[str]:
-    """The effects whose law was another one when the model was fitted; all where their numbers do not match."""
+    """The effects whose law was another one when the model was fitted."""
     if v.forms is None:
         return []
-    now = forms(v.effects)
-    if len(v.forms) != len(now):
-        return list(v.effects)
-    return [name for name, then, here in zip(v.effects, v.forms, now, strict=True) if then != here]
+    return [name for name, then, now in zip(v.effects, v.forms, forms(v.effects), strict=True) if then != now]
 
 
 def _is_covariance(matrix: np.ndarray) -> bool:
