@@ -2,6 +2,7 @@
 
 python -m benchmarks.fit_speed
 python -m benchmarks.fit_speed --programs --repeats 21    of the simulations with derivatives alone
+python -m benchmarks.fit_speed --lengths --repeats 21     the same of trials a few of which last longer
 """
 
 import argparse
@@ -19,7 +20,7 @@ from acf_jax.dataset import assess_dataset
 from acf_jax.diagnosis.candidates import fit_nominal, fit_single
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.forward import BLOCKS, Grid, forward
+from acf_jax.inference.forward import BLOCKS, Grid, block_for, forward
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Observations, observe
 from acf_jax.inference.parameters import Explanation, label, starts
@@ -37,6 +38,7 @@ PEERS = {
 RIG = np.array([3.0, 30.0, 1e3, 1.2e5])  # m, d, k_F, k_C in SI units
 STEPS = Grid(2e-4, 150)
 REACH = 150.0  # N
+LENGTHS = np.repeat([600, 100], [4, 16])  # steps of each trial
 
 
 def own_fit(observations: Observations, explanation: Explanation) -> Fit:
@@ -89,6 +91,26 @@ def program_table(repeats: int) -> str:
     return "\n".join(lines)
 
 
+def lengths_table(repeats: int) -> str:
+    """CPU time of trials of which four last six times as long as the others, each as long as it is, and all as long."""
+    lines = ["| program | all as long, ms | each as long as it is, ms | × |", "|---|--:|--:|--:|"]
+    v_e, f_p = np.linspace(0.05, 0.3, LENGTHS.size), np.linspace(20.0, 100.0, LENGTHS.size)
+    alike = np.full_like(LENGTHS, LENGTHS.max())
+    for explanation in (*EXPLANATIONS, ("contact_hardening", "sensor_resonance")):
+        theta = np.concatenate([RIG, *(starts(name)[0] for name in explanation)])
+        spent: dict[bool, list[float]] = {False: [], True: []}
+        for _ in range(repeats + 1):  # the first compiles
+            for own, steps in ((False, alike), (True, LENGTHS)):
+                grid = STEPS._replace(steps=int(steps.max()), block=block_for(steps))
+                started = time.process_time()
+                forward(explanation, theta, v_e, f_p, grid, REACH, steps=steps)
+                spent[own].append(1e3 * (time.process_time() - started))
+        whole, each = (summarise(spent[own][1:]).median for own in (False, True))
+        ratio = median_ratio(spent[False][1:], spent[True][1:])
+        lines.append(f"| {label(explanation)} | {whole:.1f} | {each:.1f} | {ratio:.1f} |")
+    return "\n".join(lines)
+
+
 def table(rows: list[dict[str, Any]]) -> str:
     """Seconds, ratios and objectives in Markdown."""
     lines = [
@@ -124,11 +146,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--repeats", type=int, default=3, help="interleaved rounds (default: 3)")
     parser.add_argument("--json", type=Path, help="write the rows to this file, too")
     parser.add_argument("--programs", action="store_true", help="one block of simulated trials, no fit")
+    parser.add_argument("--lengths", action="store_true", help="simulated trials of unlike length, no fit")
     options = parser.parse_args(arguments)
     jax.config.update("jax_enable_x64", True)
     if options.programs:
         print(f"{BLOCKS[0]} trials, {STEPS.steps} steps, {options.repeats} runs; {describe()}\n")
         print(program_table(options.repeats))
+        return
+    if options.lengths:
+        print(f"{LENGTHS.size} trials, {options.repeats} runs; {describe()}\n")
+        print(lengths_table(options.repeats))
         return
     dataset = draw_set(options.trials)
     observations = observe(assess_dataset(dataset))

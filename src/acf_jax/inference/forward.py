@@ -39,7 +39,7 @@ MADE_OF = (  # what holds all that the program calls
 PROGRAMS = 64  # that stay loaded: each takes 10 to 100 MB, and little time to load again
 # trials of one call, the last one padded: data sets of every size share compiled code, and memory is bounded
 BLOCKS = (24, 16, 8)
-STEP = 4  # a step of a call takes as long as it does for so many trials more
+STEP = 12  # a step of a call takes as long as it does for so many trials more; of pairs of laws
 
 
 class Grid(NamedTuple):
