@@ -114,5 +114,5 @@ def test_a_model_whose_law_has_changed_since_is_refused(
         read_model(path)
     many = fitted.model_copy(update={"forms": (1, 1)})
     path.write_text(write_model(model.model_copy(update={"corrected": many})))
-    with pytest.raises(InputError, match="corrected.forms: holds 2 numbers for 1 effects"):
+    with pytest.raises(InputError, match=r"corrected\.forms: holds 2 numbers for 1 effects"):
         read_model(path)

@@ -158,7 +158,8 @@ def _faults(path: Path, where: str, v: Variant) -> list[str]:
         ]
     if v.forms is not None and len(v.forms) != len(v.effects):
         return [
-            f"{path}: {where}.forms: holds {len(v.forms)} numbers for {len(v.effects)} effects; write it anew with `diagnose`"
+            f"{path}: {where}.forms: holds {len(v.forms)} numbers for {len(v.effects)} effects; write it anew with"
+            " `diagnose`"
         ]
     if changed := _changed(v):
         return [
