@@ -54,6 +54,13 @@ def timed(call: Callable[[], Any]) -> tuple[float, Any]:
     return time.perf_counter() - begin, result
 
 
+def cpu_ms(call: Callable[[], Any]) -> float:
+    """CPU time of a call, all threads: a wall clock would measure the machine's other work, too."""
+    started = time.process_time()
+    call()
+    return 1e3 * (time.process_time() - started)
+
+
 def measure(observations: Observations, explanation: Explanation, repeats: int) -> dict[str, Any]:
     """Seconds and objective of each, in turn within every round, so that all meet the same moments of the machine."""
     compiling, _ = timed(lambda: own_fit(observations, explanation))
@@ -75,18 +82,14 @@ def measure(observations: Observations, explanation: Explanation, repeats: int) 
 
 
 def program_table(repeats: int) -> str:
-    """CPU time, all threads, of one block of trials: a wall clock would measure the machine's other work, too."""
+    """CPU time of one block of trials."""
     lines = ["| program | ms, median | min … max |", "|---|--:|--:|"]
     v_e, f_p = np.linspace(0.05, 0.3, BLOCKS[0]), np.linspace(20.0, 100.0, BLOCKS[0])
     for explanation in (*EXPLANATIONS, *((name,) for name in free_curves())):
         theta = np.concatenate([RIG, *(starts(name)[0] for name in explanation)])
-        forward(explanation, theta, v_e, f_p, STEPS, REACH)
-        spent = []
-        for _ in range(repeats):
-            started = time.process_time()
-            forward(explanation, theta, v_e, f_p, STEPS, REACH)
-            spent.append(1e3 * (time.process_time() - started))
-        t = summarise(spent)
+        call = partial(forward, explanation, theta, v_e, f_p, STEPS, REACH)
+        call()  # compiles
+        t = summarise([cpu_ms(call) for _ in range(repeats)])
         lines.append(f"| {label(explanation)} | {t.median:.1f} | {t.low:.1f} … {t.high:.1f} |")
     return "\n".join(lines)
 
@@ -102,9 +105,8 @@ def lengths_table(repeats: int) -> str:
         for _ in range(repeats + 1):  # the first compiles
             for own, steps in ((False, alike), (True, LENGTHS)):
                 grid = STEPS._replace(steps=int(steps.max()), block=block_for(steps))
-                started = time.process_time()
-                forward(explanation, theta, v_e, f_p, grid, REACH, steps=steps)
-                spent[own].append(1e3 * (time.process_time() - started))
+                call = partial(forward, explanation, theta, v_e, f_p, grid, REACH, steps=steps)
+                spent[own].append(cpu_ms(call))
         whole, each = (summarise(spent[own][1:]).median for own in (False, True))
         ratio = median_ratio(spent[False][1:], spent[True][1:])
         lines.append(f"| {label(explanation)} | {whole:.1f} | {each:.1f} | {ratio:.1f} |")

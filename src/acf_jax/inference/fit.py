@@ -274,7 +274,12 @@ def _optimum(
         calmer = min(inflation, _inflation(linear, observations.n_used))
         coarse = min(COARSEST, max(1.0, 2 * value * inflation / observations.n_used) ** 2)
         little = tolerance * coarse * max(1.0, value)
-        small = ENOUGH if max(gain, CERTAIN * expected) < little else small + 1 if gain < little else 0
+        if gain >= little:
+            small = 0
+        elif CERTAIN * expected < little:
+            small = ENOUGH
+        else:
+            small += 1
         if small >= ENOUGH:
             if inflation == 1.0 and grid.pull == 0.0:
                 break
