@@ -17,10 +17,9 @@ SEED = 21  # draws ten conditions, two trials of each, none of them faulty
 
 
 def run(dataset: Path, out: Path, cache: Path) -> Spent:
-    """One run in a new process whose caches all lie in `cache`."""
-    # Whatever cache the command uses lies in one of these.
-    environment = {"XDG_CACHE_HOME": str(cache), "JAX_COMPILATION_CACHE_DIR": str(cache / "jax")}
-    return run_python(["-m", "acf_jax", "diagnose", str(dataset), "--out", str(out)], environment)
+    """One run in a new process whose cache, made as for a user, lies in `cache`."""
+    command = ["-m", "acf_jax", "diagnose", str(dataset), "--out", str(out)]
+    return run_python(command, {"XDG_CACHE_HOME": str(cache)})
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

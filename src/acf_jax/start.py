@@ -1,6 +1,8 @@
 """What commands that compute share: double precision, no detour by a thread, compiled code kept between calls."""
 
+import ctypes
 import os
+import platform
 from pathlib import Path
 
 import jax
@@ -8,10 +10,14 @@ import jax
 from acf_jax.errors import InputError, shown
 
 PLATFORMS = ("JAX_PLATFORMS", "JAX_PLATFORM_NAME")  # variables that choose JAX's devices
+M_ARENA_MAX = -8  # of glibc's malloc.h
+ARENAS = 3  # of the main thread, and of the two of a diagnosis
 
 
 def start_jax() -> None:
     """Switch JAX to float64, to small computations in the calling thread, and to a cache of compiled code.
+
+    What threads have freed is shared among few heaps.
 
     To be called before the first computation.
 
@@ -20,6 +26,7 @@ def start_jax() -> None:
     jax.config.update("jax_enable_x64", True)
     # handing over to a thread costs more than a peak
     jax.config.update("jax_cpu_enable_async_dispatch", False)
+    _share_heaps()
     check_devices()
     if jax.config.jax_compilation_cache_dir is not None:  # type: ignore[attr-defined]
         return  # the user has a cache already
@@ -31,6 +38,12 @@ def start_jax() -> None:
     jax.config.update("jax_compilation_cache_dir", str(cache))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def _share_heaps() -> None:
+    """By default glibc has eight heaps a core, and keeps in each what was freed there: more than what is in use."""
+    if platform.libc_ver()[0] == "glibc" and "MALLOC_ARENA_MAX" not in os.environ:
+        ctypes.CDLL(None).mallopt(M_ARENA_MAX, ARENAS)
 
 
 def check_devices() -> None:

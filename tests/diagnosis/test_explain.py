@@ -152,14 +152,6 @@ def test_a_law_that_promises_less_than_it_costs_is_not_added(two: Observations, 
     assert add(Ground.of(two, pair), KEPT, ()) == []
 
 
-def test_no_law_is_added_to_the_most(
-    two: Observations, alone: list[Fit], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("acf_jax.diagnosis.proposals.MOST", 1)
-    assert add(Ground.of(two, alone[1]), KEPT, ()) == []  # it has one
-    assert add(Ground.of(two, alone[0]), KEPT, ()) != []
-
-
 def test_where_all_laws_are_hopeless_none_leads() -> None:
     """Beside a size that only free curves were brought to."""
     weighed = SimpleNamespace(

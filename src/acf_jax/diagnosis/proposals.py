@@ -11,10 +11,9 @@ from acf_jax.evidence.learnt import LEARNT
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, split
+from acf_jax.inference.parameters import RIG, Explanation
 
 PROMISING = 3  # explanations of each kind that are fitted: of more, those that promise less hardly ever win
-MOST = 4  # laws fitted together: each more compiles larger programs, for effects too small to name
 NEAR = 20  # iterations of a fit that begins near its optimum
 
 
@@ -52,10 +51,7 @@ def fit_couples(
 
 
 def add(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
-    """The fit with one more law, up to `MOST`: those that promise most, and more than a law costs."""
-    laws, _ = split(ground.fitted.explanation)
-    if len(laws) >= MOST:
-        return []
+    """The fit with one more law: those that promise most, and more than a law costs."""
     worth = ground.fitted.objective - LEARNT.temperature * LEARNT.effect
     wanted = _promising(couples(ground, effects), known, worth)
     return fit_couples(ground.observations, wanted, NEAR, near=True)
