@@ -63,7 +63,7 @@ def test_an_effect_adds_to_the_peak_what_it_changes_there(diagnosed: Diagnosis) 
 def test_two_effects_share_what_they_explain(diagnosed: Diagnosis) -> None:
     """A second effect that does nothing takes nothing, whatever the order of adding."""
     d = diagnosed
-    two = fit_more(d.observations, d.corrected, "sensor_scale", np.array([0.01]))
+    two = fit_more(d.observations, d.corrected, "sensor_scale", [np.array([0.01])])
     scored = [Scored(two.explanation, 1.0)]
     recalibrated = [d.fits[0]]
     found = contributions(d.observations, recalibrated, two, d.held, scored, d.component, 0)

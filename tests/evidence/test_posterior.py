@@ -51,6 +51,14 @@ def test_a_rig_far_from_what_is_known_of_it_speaks_for_an_unknown_cause() -> Non
     assert told(50.0)[FRICTION] < 1e-9  # what hides behind a hopeless explanation does not count
 
 
+def test_a_rig_that_is_as_stated_where_forms_may_be_wrong_hides_no_cause() -> None:
+    def unknown(strain: float) -> float:
+        rows = [Marginal(GRAVITY, 0.003, 500.0, 0.0, 50.0), Marginal(GRAVITY, 0.03, 520.0, 0.0, strain)]
+        return dict(posterior(rows, PLAIN).scored)[UNKNOWN]
+
+    assert unknown(4.0) < 1e-4 < 0.9 < unknown(50.0)
+
+
 def test_an_explanation_is_as_probable_as_beside_all_discrepancies_together() -> None:
     rows = [Marginal((), 0.0, 600.0, 0.0), Marginal(GRAVITY, 0.0, 510.0, 0.0)]
     beside = [Marginal(GRAVITY, size, 505.0, 0.0) for size in SIZES]

@@ -8,14 +8,16 @@ from typing import TypeVar
 import numpy as np
 
 from acf_jax.effects import library
-from acf_jax.inference.baseline import Ground
+from acf_jax.inference.baseline import Ground, Promise
 from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, begin, classes, is_free_curve, starts
+from acf_jax.inference.parameters import Explanation, begin, classes, is_free_curve, parameters, starts
 
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
+# frequencies that fits begin from, of those that promise most: samples alone do not tell them apart
+VALLEYS = 3
 GLANCE = 6  # iterations after which fits that begin apart are compared
 ROUGHLY = 1e-4  # tolerance of a free curve's fit: a little more of chi-square says nothing of it
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
@@ -36,19 +38,20 @@ def fit_single(ground: Ground, name: str) -> Fit:
 def glances(ground: Ground, name: str) -> list[Fit]:
     """Short fits of one effect or free curve added to the paper's model, whose fit is the `ground`.
 
-    Of an effect the best of its starts, of a free curve each: how well it does shows late.
+    Of an effect the best of its starts; each of a free curve, and where frequencies are ambiguous: how well these do
+    shows late.
 
-    An effect's own starts begin at the rig's prior, and one more at the recalibrated model with what explains most of
+    An effect's own starts begin at the rig's prior, and more at the recalibrated model with what explains most of
     what it leaves, scaled and as it was looked for, where that is none of the starts. Where it leaves little, the
     answer is a small step from it: there all starts begin at the recalibrated model, and only the strongest at the
     prior, too. Where it leaves much, its rig has taken up what the effect does, and what was looked for begins at the
     prior as well. A free curve begins with its first start at the prior and with the one that promises most at the
     recalibrated model, so that it never explains less than that.
     """
-    begins, promise = starts(name, ground.observations.measures), ground.promise(name)
+    begins, promises = starts(name, ground.observations.measures), promised(ground, name)
     if name in library():
         found: list[list[float]] = []
-        if promise.gain > HINT:
+        for promise in (p for p in promises if p.gain > HINT):
             for start in (promise.parameters.tolist(), promise.start):
                 if start not in (*begins, *found):  # what is scaled is often what explains most as it is
                     found = [*found, start]
@@ -56,8 +59,15 @@ def glances(ground: Ground, name: str) -> list[Fit]:
             far, near = begins[-1:], [*begins, *found]
         else:
             far, near = [*begins, *found], found
-        return [best(_glances_from(ground, name, far, near))]
-    return _glances_from(ground, name, begins[:1], [promise.start])
+        fits = _glances_from(ground, name, far, near)
+        return fits if len(promises) > 1 else [best(fits)]
+    return _glances_from(ground, name, begins[:1], [promises[0].start])
+
+
+def promised(ground: Ground, name: str) -> list[Promise]:
+    """What fits with an effect may begin with: what promises most, and other frequencies that promise something."""
+    best, *others = ground.promises(name)
+    return [best, *(p for p in others[: VALLEYS - 1] if p.gain > HINT)]
 
 
 def fit_further(ground: Ground, fitted: Fit) -> Fit:
@@ -98,14 +108,14 @@ def fit_more(
     observations: Observations,
     fitted: Fit,
     name: str,
-    promised: np.ndarray,
+    begins: Sequence[np.ndarray],
     iterations: int = ITERATIONS,
     near: bool = False,
 ) -> Fit:
     """A fitted explanation with one more effect, begun where that promises something and at its strong start.
 
-    `promised`: `Promise.parameters`. `near`: the fit leaves so little that what was promised is near the answer: it
-    begins there alone.
+    `begins`: `Promise.parameters` of each promise. `near`: the fit leaves so little that what was promised is near the
+    answer: it begins there alone.
     """
     blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
@@ -117,7 +127,7 @@ def fit_more(
     strong = np.array(starts(name, observations.measures)[-1])
     return best(
         fit(observations, explanation, beside(start), fitted.nuisance, warm=near, iterations=iterations)
-        for start in ([promised] if near else [strong, promised])
+        for start in (begins if near else [strong, *begins])
     )
 
 
@@ -172,5 +182,6 @@ def blocks_of(fitted: Fit) -> list[np.ndarray]:
 
 
 def singles(effects: Sequence[str]) -> list[Explanation]:
-    """Every effect and every free curve, alone."""
-    return [(name,) for name in (*effects, *free_curves())]
+    """Every effect and every free curve, alone; what takes longest comes first, so that no core waits for the last."""
+    alone: list[Explanation] = [(name,) for name in (*effects, *free_curves())]
+    return sorted(alone, key=lambda explanation: -len(parameters(explanation)))

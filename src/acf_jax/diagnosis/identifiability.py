@@ -109,15 +109,9 @@ class Detectability:
 def detectability(observations: Observations, nominal: Fit) -> list[Detectability]:
     """For each effect, whether these trials could detect it and which effects they could not tell apart from it."""
     ground = Ground.of(observations, nominal)
-    names, shares, signals = [], [], []
-    for name in library():
-        shown = _typical(ground, name, _by_first_strength(name))
-        if shown is not None and shown[2] < NOTHING:
-            shown = _typical(ground, name, starts(name))
-        if shown is not None:
-            names.append(name)
-            signals.append(shown[0])
-            shares.append(shown[1])
+    found = in_parallel([partial(_shown, ground, name) for name in library()])
+    seen = {name: shown for name, shown in zip(library(), found, strict=True) if shown is not None}
+    names, signals = list(seen), [signal for signal, _, _ in seen.values()]
     gram = ground.projector.gram(np.stack(signals))
     distance = np.sqrt(np.maximum(np.diag(gram), 0.0))
     cosine = gram / np.maximum(np.outer(distance, distance), 1e-12)
@@ -129,9 +123,15 @@ def detectability(observations: Observations, nominal: Fit) -> list[Detectabilit
         is_within = 3 * first.scale < distance[i] * first.high
         smallest = float(3 * first.scale / distance[i]) if is_within else None
         result.append(
-            Detectability(name, smallest, first.unit, float(distance[i]), tuple(confused), shares[i])
+            Detectability(name, smallest, first.unit, float(distance[i]), tuple(confused), seen[name][1])
         )
     return result
+
+
+def _shown(ground: Ground, name: str) -> tuple[np.ndarray, float, float] | None:
+    """What an effect of typical size shows, as of `_typical`: its first strength, or all where that moves nothing."""
+    shown = _typical(ground, name, _by_first_strength(name))
+    return _typical(ground, name, starts(name)) if shown is not None and shown[2] < NOTHING else shown
 
 
 def _typical(ground: Ground, name: str, begins: list[list[float]]) -> tuple[np.ndarray, float, float] | None:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import blocks_of, fit_more, in_parallel
+from acf_jax.diagnosis.candidates import blocks_of, fit_more, in_parallel, promised
 from acf_jax.evidence.learnt import LEARNT
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
@@ -22,7 +22,7 @@ class Couple(NamedTuple):
 
     leader: Fit
     name: str
-    begin: np.ndarray
+    begins: Sequence[np.ndarray]
     gain: float  # in chi-square
     objective: float  # after it
 
@@ -36,10 +36,10 @@ def couples(ground: Ground, effects: Sequence[str]) -> list[Couple]:
     """The fit of a ground with each effect that it does not have, and what that promises to first order."""
     leader = ground.fitted
     names = [name for name in effects if name not in leader.explanation]
-    promises = in_parallel([partial(ground.promise, name) for name in names])
+    of_each = in_parallel([partial(promised, ground, name) for name in names])
     return [
-        Couple(leader, name, p.parameters, p.gain, leader.objective - 0.5 * p.gain)
-        for name, p in zip(names, promises, strict=True)
+        Couple(leader, name, [p.parameters for p in own], own[0].gain, leader.objective - 0.5 * own[0].gain)
+        for name, own in zip(names, of_each, strict=True)
     ]
 
 
@@ -47,7 +47,7 @@ def fit_couples(
     o: Observations, wanted: Iterable[Couple], iterations: int = ITERATIONS, near: bool = False
 ) -> list[Fit]:
     """The fits of couples; `near` as in `fit_more`."""
-    return in_parallel([partial(fit_more, o, c.leader, c.name, c.begin, iterations, near) for c in wanted])
+    return in_parallel([partial(fit_more, o, c.leader, c.name, c.begins, iterations, near) for c in wanted])
 
 
 def add(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:

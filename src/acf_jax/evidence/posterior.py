@@ -110,8 +110,9 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
     told = _as_stated(marginals, log_p)
     beside: dict[Explanation, dict[float, float]] = {}
     tiny = float(np.finfo(float).tiny)
+    strain = _strain(marginals)
     for m, value in zip(marginals, p.tolist(), strict=True):
-        unknown = value * hidden(m, learnt)
+        unknown = value * hidden(m._replace(strain=strain[m.explanation]), learnt)
         for explanation, part in ((told[m.explanation], value - unknown), (UNKNOWN, unknown)):
             sizes = beside.setdefault(explanation, {})
             sizes[m.discrepancy] = sizes.get(m.discrepancy, tiny) + part
@@ -121,6 +122,14 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
         _behind(marginals, log_p, told),
         {e: {size: value / total[e] for size, value in sizes.items()} for e, sizes in beside.items()},
     )
+
+
+def _strain(marginals: Sequence[Marginal]) -> dict[Explanation, float]:
+    """How strained the rig of each explanation is beside the largest discrepancy it was weighed with.
+
+    Beside smaller ones a rig makes up for what forms get wrong, too: that is no cause.
+    """
+    return {m.explanation: m.strain for m in sorted(marginals, key=lambda m: m.discrepancy)}
 
 
 def _with_remainders(marginals: Sequence[Marginal], log_p: np.ndarray) -> np.ndarray:

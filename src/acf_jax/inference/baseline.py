@@ -54,23 +54,32 @@ class Ground:
                 yield start, self.known[key], every_effect()[name].acts_either_way()
 
     def promise(self, name: str) -> Promise:
-        """How much of what the fit leaves an effect explains, over its starts and where else fits look.
+        """The best of `promises`."""
+        return self.promises(name)[0]
+
+    def promises(self, name: str) -> list[Promise]:
+        """How much of what the fit leaves an effect explains, over its starts and where else fits look, the best first.
 
         To first order: a signature s takes (r' P s)^2 / s' P s of the residual r, with a sign that the effect allows.
         Its strengths are scaled to that. A mass on a spring, scaled, would ring at another frequency: where strengths
-        are looked over, they begin as they are.
+        are looked over, they begin as they are. Besides the best, those that promise more than the looks on either
+        side: each may lead to another valley of the misfit.
         """
         known, measures = every_effect()[name].parameters(), self.observations.measures
         strengths = np.array([not p.shape for p in known])
         is_oscillator = any(p.looks and not p.shape for p in known)
-        begins = [*starts(name, measures), *looks(name, measures)]
-        best = Promise(0.0, np.array(begins[0]), begins[0])
-        for start, signal, two_sided in self.signatures(name, begins):
+        begins, looked = starts(name, measures), looks(name, measures)
+        found = {tuple(start): Promise(0.0, np.array(start), start) for start in (*begins, *looked)}
+        for start, signal, two_sided in self.signatures(name, [*begins, *looked]):
             amount, gain = self.projector.promise(signal)
-            if gain > best.gain and (two_sided or is_oscillator or amount > 0):
+            if two_sided or is_oscillator or amount > 0:
                 scale = 1.0 if is_oscillator else amount
-                best = Promise(gain, np.where(strengths, scale, 1.0) * np.array(start), start)
-        return best
+                found[tuple(start)] = Promise(gain, np.where(strengths, scale, 1.0) * np.array(start), start)
+        best = max(found.values(), key=lambda p: p.gain)
+        over = [found[tuple(start)] for start in looked]
+        gains = [-np.inf, *(p.gain for p in over), -np.inf]
+        crests = [p for k, p in enumerate(over) if gains[k] < p.gain >= gains[k + 2] and p is not best]
+        return [best, *sorted(crests, key=lambda p: -p.gain)]
 
 
 def _residual(

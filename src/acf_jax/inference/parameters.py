@@ -172,14 +172,14 @@ def starts(name: str, measures: Measures = TYPICAL) -> list[list[float]]:
 def looks(name: str, measures: Measures = TYPICAL) -> list[list[float]]:
     """The first start of an effect with such a parameter, as a frequency, at values over its range.
 
-    Of one that may be zero these are its three highest decades: less of it is to be told to first order.
+    Of one that may be zero these are its four highest decades: less of it is to be told to first order.
     """
     known, first = every_effect()[name].parameters(), starts(name, measures)[0]
     return [
         [*first[:k], float(value), *first[k + 1 :]]
         for k, p in enumerate(known)
         if p.looks
-        for value in np.geomspace(max(p.low, 1e-3 * p.high), p.high, p.looks)
+        for value in np.geomspace(max(p.low, 1e-4 * p.high), p.high, p.looks)
     ]
 
 
