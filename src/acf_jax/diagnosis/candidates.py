@@ -66,8 +66,8 @@ def glances(ground: Ground, name: str) -> list[Fit]:
 
 def promised(ground: Ground, name: str) -> list[Promise]:
     """What fits with an effect may begin with: what promises most, and other frequencies that promise something."""
-    best, *others = ground.promises(name)
-    return [best, *(p for p in others[: VALLEYS - 1] if p.gain > HINT)]
+    first, *others = ground.promises(name)
+    return [first, *(p for p in others[: VALLEYS - 1] if p.gain > HINT)]
 
 
 def fit_further(ground: Ground, fitted: Fit) -> Fit:
