@@ -33,6 +33,7 @@ SINGLES, SEVERAL = 6, 8  # explanations by one law, and by several, that are fit
 WHOLE = 4  # of those by several, whose parts are, too
 BEHIND = 20.0  # log probability by which an explanation may lie behind and still be a start
 HOPELESS = 2 * BEHIND  # the same beside one size of the discrepancy, from which on no other size is tried
+NEGLIGIBLE = 1e-4  # of the probability of the best: what is so improbable is tried with no other size
 EXACT = 0.1  # log probability that an iteration has to gain
 ROUNDS = 4  # of proposals beside each size at most: it bounds the time, since each adds a law or ends
 NARROWING = sorted((s for s in SIZES if s <= FORMS), reverse=True)  # sizes of the discrepancy as searched
@@ -203,8 +204,10 @@ class _Weighed:
         return max(there, default=-np.inf) < max(wider, default=-np.inf) - HOPELESS
 
     def complete(self) -> None:
-        """Weigh beside every size, and alone, what is not hopeless."""
-        near = self._best_of_each().keys()
+        """Weigh beside every size, and alone, what is not negligible."""
+        log_p = log_posterior(self.marginals)
+        enough = log_p.max() + np.log(NEGLIGIBLE)
+        near = {m.explanation for m, p in zip(self.marginals, log_p.tolist(), strict=True) if p > enough}
         for size in (*self.sizes, 0.0):
             self._weigh(size, sorted(near))
 
@@ -216,7 +219,7 @@ class _Weighed:
         """
         best = self._best_of_each()
         few = 1 if self.sizes[0] > FORMS else 2
-        laws = [e for e in best if len(e) >= few and not is_free_curve(e)]
+        laws = [e for e in best if len(e) >= few and not is_free_curve(e) and e in self.plain]
         found = in_parallel([partial(self._changes, best[e]) for e in laws])
         of = dict(zip(laws, found, strict=True))
         sound = (m for m in self.marginals if m.explanation in self.plain)
