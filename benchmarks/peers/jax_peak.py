@@ -14,12 +14,12 @@ import numpy as np
 import optimistix as optx
 
 from acf_jax.model import Impact, Peak, Rig, contact_force, contact_force_rate, find_peak, find_peaks
+from acf_jax.model.blocks import in_blocks
 from acf_jax.model.carlson import carlson_rc
 from benchmarks.box import Box, take
 from benchmarks.peers.bracket import Bracket, guess
 from benchmarks.peers.peer import Peer
 
-BLOCK = 8192  # samples a block, so that what a block computes stays in the cache
 Scalar = jax.Array
 
 
@@ -35,11 +35,6 @@ def on_all_cores(function: Callable[..., Any], *arrays: Any) -> Callable[[], lis
         share = jax.device_put(jax.tree.map(lambda a: a[start:stop], arrays), device)  # noqa: B023
         runs.append((jax.jit(function).lower(*share).compile(), share))
     return lambda: jax.block_until_ready([compiled(*share) for compiled, share in runs])
-
-
-def in_blocks(one: Callable[..., Any]) -> Callable[..., Any]:
-    """The function of one sample, mapped over a batch block by block."""
-    return lambda *batch: jax.lax.map(lambda sample: one(*sample), batch, batch_size=BLOCK)
 
 
 def _joined(shares: list[Any]) -> Any:
