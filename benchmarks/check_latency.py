@@ -152,7 +152,7 @@ def in_onnx_runtime(
     binding = session.io_binding()
     binding.bind_ortvalue_input("x", onnxruntime.OrtValue.ortvalue_from_numpy(x))
     for output in session.get_outputs():
-        y = np.zeros((1, 1), bool if "bool" in output.type else float)
+        y = np.zeros((1, output.shape[1]), bool if "bool" in output.type else float)
         binding.bind_ortvalue_output(output.name, onnxruntime.OrtValue.ortvalue_from_numpy(y))
 
     def call(v: float) -> object:
