@@ -124,7 +124,7 @@ class _Likelihood:
 def _strengths(fitted: Fit) -> tuple[np.ndarray, float]:
     """Where the strengths of a single law stand, and the standard deviation of the sum of those that act."""
     known = [p for name in fitted.explanation for p in every_effect()[name].parameters()]
-    strengths = len(RIG) + np.flatnonzero([not p.shape for p in known])
+    strengths = len(RIG) + np.flatnonzero([not (p.shape or p.within) for p in known])
     acting = strengths[~fitted.at_bound[strengths]]
     sign = np.sign(fitted.u[acting])
     return strengths, float(np.sqrt(sign @ np.linalg.inv(fitted.hessian)[np.ix_(acting, acting)] @ sign))

@@ -15,9 +15,23 @@ def test_coordinates_invert_and_starts_lie_within_the_bounds(name: str) -> None:
         u = space.coordinate(theta)
         np.testing.assert_allclose(space.value(u), theta, rtol=1e-12, atol=1e-15)
         assert (u >= space.low).all() and (u <= space.high).all()
-        step = 1e-6
-        slope = (space.value(u + step) - space.value(u - step)) / (2 * step)
-        np.testing.assert_allclose(space.slope(u), slope, rtol=1e-6)
+        steps = 1e-6 * np.eye(len(u))
+        slopes = (space.value(u + steps) - space.value(u - steps)).T / 2e-6
+        np.testing.assert_allclose(space.jacobian(u), slopes, rtol=1e-6, atol=1e-9 * np.abs(slopes).max())
+
+
+def test_a_strength_within_another_is_a_share_of_it() -> None:
+    """Its own coordinate has no kink where both are the same, and is told of nothing, too."""
+    space = coordinates(RIG, ("end_stop",), (0.1, 1e-4))
+    held, opposing = 4, 5
+    all_of_it = space.coordinate(begin(RIG.values, [0.3, 0.3]))
+    assert all_of_it[opposing] == space.high[opposing]
+    half = np.array(all_of_it)
+    half[opposing] = space.low[opposing] / 2
+    assert space.value(half)[[held, opposing]] == pytest.approx([0.3, 0.15])
+    nothing = space.coordinate(begin(RIG.values, [0.0, 0.0]))
+    assert space.low[opposing] <= nothing[opposing] <= space.high[opposing]
+    assert space.value(nothing)[opposing] == 0
 
 
 def test_some_starts_are_multiples_of_what_is_typical_of_rig_and_trials() -> None:

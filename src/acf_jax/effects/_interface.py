@@ -34,6 +34,9 @@ class Parameter(NamedTuple):
     meaning: str
     of: Measure | None = None  # that its starts are multiples of
     looks: int = 0  # values over its range at which a fit looks before it begins: a frequency's misfit has many valleys
+    within: str | None = (
+        None  # the strength before it that it cannot exceed; fits know it by its share of that
+    )
 
 
 def strength(
@@ -45,9 +48,10 @@ def strength(
     meaning: str,
     of: Measure | None = None,
     looks: int = 0,
+    within: str | None = None,
 ) -> Any:
     """A parameter that is neutral at 0: the size of the effect."""
-    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks)
+    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks, within)
     return eqx.field(converter=jnp.asarray, default=0.0, metadata={"parameter": known})
 
 

@@ -19,7 +19,7 @@ class EndStop(AbstractEffect):
 
     share: Scalar = strength("1", 0.0, 1.0, (0.2, 0.9), 0.5, "share of the pretension that the stop holds")
     opposing_share: Scalar = strength(
-        "1", 0.0, 1.0, (0.2, 0.9), 0.5, "share that opposes the motion afterwards"
+        "1", 0.0, 1.0, (0.2, 0.9), 0.5, "share that opposes the motion afterwards", within="share"
     )
 
     def initial_relief(self, impact: Impact) -> Scalar:

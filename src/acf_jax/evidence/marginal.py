@@ -68,7 +68,7 @@ def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> 
     variance = np.linalg.inv(fitted.hessian)
     for name in fitted.explanation:
         effect = every_effect()[name]
-        strengths = at + np.flatnonzero([not p.shape for p in effect.parameters()])
+        strengths = at + np.flatnonzero([not (p.shape or p.within) for p in effect.parameters()])
         at += len(effect.parameters())
         acting = strengths[~fitted.at_bound[strengths]]
         held[strengths] = fitted.at_bound[strengths]

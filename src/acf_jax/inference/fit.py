@@ -91,7 +91,7 @@ class Fit:
     @property
     def covariance(self) -> np.ndarray:
         """(p, p) of the parameters in SI units."""
-        root = self.coordinates.slope(self.u)[:, None] * self.root
+        root = self.coordinates.jacobian(self.u) @ self.root
         return root @ root.T
 
     def linearised(self) -> Linearisation:

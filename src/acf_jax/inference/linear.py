@@ -77,7 +77,7 @@ def linearise(
     theta, count = at.value(u), len(parameters(explanation))
     forces = _forces(observations, explanation, theta, nuisance, grid, reach)
     with np.errstate(over="ignore", invalid="ignore"):  # an unstable integration is told by its objective
-        return compare(observations, forces, at.slope(u), theta[count:], nuisance, grid.h)
+        return compare(observations, forces, at.jacobian(u), theta[count:], nuisance, grid.h)
 
 
 def residual(
@@ -148,13 +148,13 @@ def _left(o: Observations, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def compare(
     o: Observations,
     forces: Forces,
-    slope: np.ndarray,
+    jacobian: np.ndarray,
     common: np.ndarray,
     nuisance: np.ndarray,
     h: float,
 ) -> Linearisation:
     """The simulated forces at the measured times, with derivatives, whitened."""
-    p, q = len(slope) - len(common), o.n_moving - N_NUISANCE
+    p, q = len(jacobian) - len(common), o.n_moving - N_NUISANCE
     spread = o.nuisance_std
     at = taps(_times(o, forces, common, nuisance, h), h, forces.contact)
     found = combine(forces.rows, at.near, at.weight)
@@ -164,9 +164,9 @@ def compare(
     first = 1 + p + o.n_common  # row of a nuisance
     rows = np.empty((len(o.names), first + o.n_moving, o.force.shape[1]))
     rows[:, 0], share = _left(o, predicted)
-    rows[:, 1 : p + 1] = tangents[:, :p] * slope[:p, None]
-    rows[:, p + 1] = slope[p] * ~o.peak_only[:, None]
-    rows[:, p + 2] = timing * slope[p + 1]
+    rows[:, 1 : p + 1] = jacobian[:p, :p].T @ tangents[:, :p]
+    rows[:, p + 1] = jacobian[p, p] * ~o.peak_only[:, None]
+    rows[:, p + 2] = timing * jacobian[p + 1, p + 1]
     rows[:, p + 3 : first] = tangents[:, p + 2 + q :]
     rows[:, first : first + 2] = tangents[:, p : p + 2] * spread[:, :2, None]
     rows[:, first + 2] = timing * spread[:, 2:3]

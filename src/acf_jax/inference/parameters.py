@@ -28,6 +28,7 @@ RIG_BOUNDS = (
 ROUNDING = 1e-12
 COMMON = 2  # what all trials share: the sensor's zero, N, and the delay of all triggers, s; waves come behind
 PRIOR_WIDTH = 3.0  # width of the prior of a strength, in its typical values
+PART = 0.5  # width of the prior of a strength within another, of which all is expected
 
 Explanation = tuple[
     str, ...
@@ -85,7 +86,8 @@ def places(explanation: Explanation, among: Explanation) -> np.ndarray:
 class Coordinates(NamedTuple):
     """Free parameters in units of their priors: u has a standard normal prior within its bounds.
 
-    A strength is linear in u, a shape parameter exponential.
+    A strength is linear in u, a shape parameter exponential. Of a strength within another the share of that is linear:
+    what cannot exceed the other one has a kink there, along which no fit would find its way.
     """
 
     centre: np.ndarray  # (p,) value at u = 0
@@ -93,22 +95,43 @@ class Coordinates(NamedTuple):
     logarithmic: np.ndarray  # (p,) bool
     low: np.ndarray  # (p,) bounds in u
     high: np.ndarray
+    within: (
+        np.ndarray
+    )  # (p,) int, index of the parameter of which this one is a share; its own for the others
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """The parameters in SI units."""
+        alone = self._alone(u)
+        return np.where(self._is_part, alone * alone[..., self.within], alone)
+
+    def jacobian(self, u: np.ndarray) -> np.ndarray:
+        """(p, p) d value / d u."""
+        alone = self._alone(u)
+        slope = np.where(self.logarithmic, alone * self.width, self.width)
+        whole = np.where(self._is_part, alone[self.within], 1.0)
+        found = np.diag(slope * whole)
+        for k in np.flatnonzero(self._is_part):
+            found[k, self.within[k]] = alone[k] * slope[self.within[k]]
+        return found
+
+    def coordinate(self, value: np.ndarray) -> np.ndarray:
+        """The inverse of `value`; of nothing all is a share."""
+        whole = value[self.within]
+        part = np.where(whole > 0, value, 1.0) / np.where(whole > 0, whole, 1.0)
+        alone = np.where(self._is_part, part, value)
+        ratio = np.where(self.logarithmic, alone, 1.0) / np.where(self.logarithmic, self.centre, 1.0)
+        return np.where(self.logarithmic, np.log(ratio), alone - self.centre) / self.width
+
+    @property
+    def _is_part(self) -> np.ndarray:
+        return np.not_equal(self.within, np.arange(len(self.within)))
+
+    def _alone(self, u: np.ndarray) -> np.ndarray:
+        """The parameters, or of what others they are which share."""
         z = self.width * u
         linear = self.centre + z
         linear = np.where(np.abs(linear) < ROUNDING * np.abs(self.centre), 0.0, linear)  # at a bound of zero
         return np.where(self.logarithmic, self.centre * np.exp(np.where(self.logarithmic, z, 0.0)), linear)
-
-    def slope(self, u: np.ndarray) -> np.ndarray:
-        """d value / d u."""
-        return np.where(self.logarithmic, self.value(u) * self.width, self.width)
-
-    def coordinate(self, value: np.ndarray) -> np.ndarray:
-        """The inverse of `value`."""
-        ratio = np.where(self.logarithmic, value, 1.0) / np.where(self.logarithmic, self.centre, 1.0)
-        return np.where(self.logarithmic, np.log(ratio), value - self.centre) / self.width
 
 
 def coordinates(
@@ -126,8 +149,13 @@ def coordinates(
         )
         for i in range(len(RIG))
     ]
-    for _, p in parameters(explanation)[len(RIG) :]:
-        if p.shape:
+    known = parameters(explanation)
+    within = np.arange(len(known) + len(common_std))
+    for k, (name, p) in enumerate(known[len(RIG) :], len(RIG)):
+        if p.within:
+            within[k] = [other for other, _ in known].index(f"{name.split('.')[0]}.{p.within}")
+            rows.append((1.0, PART, False, -1 / PART, 0.0))
+        elif p.shape:
             width = np.log(p.high / p.low) / 4
             rows.append(
                 (p.scale, width, True, np.log(p.low / p.scale) / width, np.log(p.high / p.scale) / width)
@@ -136,7 +164,8 @@ def coordinates(
             width = PRIOR_WIDTH * p.scale
             rows.append((0.0, width, False, p.low / width, p.high / width))
     rows += [(0.0, std, False, -6.0, 6.0) for std in common_std]
-    return Coordinates(*(np.array(column) for column in zip(*rows, strict=True)))
+    centre, width, logarithmic, low, high = (np.array(column) for column in zip(*rows, strict=True))
+    return Coordinates(centre, width, logarithmic, low, high, within)
 
 
 def begin(rig: np.ndarray, *of_effects: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ def parameter_table(diagnosis: Diagnosis) -> Html:
     fitted = d.corrected
     wide_u = np.sqrt((fitted.root**2).sum(1))  # as in diagnosis.json
     std_u = wide_u / np.sqrt(fitted.misfit)
-    std = np.abs(fitted.coordinates.slope(fitted.u)) * wide_u
+    std = np.sqrt(np.diag(fitted.covariance))
     rows = [
         (
             _name(name, p),
@@ -98,6 +98,8 @@ def _interval(fitted: Fit, k: int, p: Parameter, std_u: float, std: float) -> st
 def _prior(d: Diagnosis, k: int, p: Parameter) -> str:
     if k < len(RIG):
         return f"{si(d.dataset.rig.values[k])} ± {si(d.dataset.rig.stds[k], 2)}"
+    if p.within:
+        return f"at most {headed(p.within)}"
     return f"order of {si(p.scale, 2)}" if p.shape else f"0 ± {si(d.corrected.coordinates.width[k], 2)}"
 
 
