@@ -44,9 +44,12 @@ def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int 
     acting = strengths[~fitted.at_bound[strengths]]
     free = np.setdiff1d(np.arange(size), np.setdiff1d(strengths, acting))
 
+    is_part = at.within != np.arange(size)  # of what it cannot exceed: its prior ends there
+    lowest, highest = norm.cdf(np.where(is_part, [at.low, at.high], [[-np.inf], [np.inf]]))[:, free]
+
     def prior(v: np.ndarray) -> np.ndarray:
         u = fitted.u.copy()
-        u[free] = norm.ppf(np.clip(v, 1e-12, 1 - 1e-12))
+        u[free] = norm.ppf(np.clip(lowest + v * (highest - lowest), 1e-12, 1 - 1e-12))
         left = width * SIZES[0] * (SIZES[-1] / SIZES[0]) ** v[np.searchsorted(free, acting[:1])].sum()
         for k, j in enumerate(acting):  # the total is broken like a stick: its pieces are uniform
             others = len(acting) - 1 - k
