@@ -95,9 +95,7 @@ class Coordinates(NamedTuple):
     logarithmic: np.ndarray  # (p,) bool
     low: np.ndarray  # (p,) bounds in u
     high: np.ndarray
-    within: (
-        np.ndarray
-    )  # (p,) int, index of the parameter of which this one is a share; its own for the others
+    within: np.ndarray  # (p,) int, of which parameter this one is a share: itself, where of no other
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """The parameters in SI units."""
