@@ -34,9 +34,7 @@ class Parameter(NamedTuple):
     meaning: str
     of: Measure | None = None  # that its starts are multiples of
     looks: int = 0  # values over its range at which a fit looks before it begins: a frequency's misfit has many valleys
-    within: str | None = (
-        None  # the strength before it that it cannot exceed; fits know it by its share of that
-    )
+    within: str | None = None  # the strength that it cannot exceed: fits know its share of that
 
 
 def strength(
