@@ -44,8 +44,8 @@ def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int 
     acting = strengths[~fitted.at_bound[strengths]]
     free = np.setdiff1d(np.arange(size), np.setdiff1d(strengths, acting))
 
-    is_part = at.within != np.arange(size)  # of what it cannot exceed: its prior ends there
-    lowest, highest = norm.cdf(np.where(is_part, [at.low, at.high], [[-np.inf], [np.inf]]))[:, free]
+    # the prior of a share of another one ends where the share does
+    lowest, highest = norm.cdf(np.where(at.is_part, [at.low, at.high], [[-np.inf], [np.inf]]))[:, free]
 
     def prior(v: np.ndarray) -> np.ndarray:
         u = fitted.u.copy()

@@ -31,3 +31,9 @@ def test_the_first_step_leaves_some_of_the_effect(lagging: Observations) -> None
 def test_an_effect_that_is_not_there_goes_to_its_bound() -> None:
     found = fit_from(imagined("gravity", (0.0,)), 5e-4)
     assert found.at_bound[4] or found.theta[4] < 2e-6
+
+
+def test_a_stop_that_opposes_all_it_held_is_found_and_at_no_bound() -> None:
+    found = fit(imagined("end_stop", (0.3, 0.3)), ("end_stop",), begin(RIG.values, [0.6, 0.2]))
+    assert found.theta[4:6] == pytest.approx([0.3, 0.3], abs=0.01)
+    assert not found.at_bound[4:6].any()

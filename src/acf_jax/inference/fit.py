@@ -102,8 +102,9 @@ class Fit:
 
     @property
     def at_bound(self) -> np.ndarray:
-        """(p,) whether a parameter ended at its bound."""
-        return (self.u <= self.coordinates.low + 1e-9) | (self.u >= self.coordinates.high - 1e-9)
+        """(p,) whether a parameter ended at its bound; all of another one, as is expected, is none."""
+        at = self.coordinates
+        return (self.u <= at.low + 1e-9) | (self.u >= at.high - 1e-9) & ~at.is_part
 
 
 def grid_for(

@@ -100,15 +100,15 @@ class Coordinates(NamedTuple):
     def value(self, u: np.ndarray) -> np.ndarray:
         """The parameters in SI units."""
         alone = self._alone(u)
-        return np.where(self._is_part, alone * alone[..., self.within], alone)
+        return np.where(self.is_part, alone * alone[..., self.within], alone)
 
     def jacobian(self, u: np.ndarray) -> np.ndarray:
         """(p, p) d value / d u."""
         alone = self._alone(u)
         slope = np.where(self.logarithmic, alone * self.width, self.width)
-        whole = np.where(self._is_part, alone[self.within], 1.0)
+        whole = np.where(self.is_part, alone[self.within], 1.0)
         found = np.diag(slope * whole)
-        for k in np.flatnonzero(self._is_part):
+        for k in np.flatnonzero(self.is_part):
             found[k, self.within[k]] = alone[k] * slope[self.within[k]]
         return found
 
@@ -116,12 +116,13 @@ class Coordinates(NamedTuple):
         """The inverse of `value`; of nothing all is a share."""
         whole = value[self.within]
         part = np.where(whole > 0, value, 1.0) / np.where(whole > 0, whole, 1.0)
-        alone = np.where(self._is_part, part, value)
+        alone = np.where(self.is_part, part, value)
         ratio = np.where(self.logarithmic, alone, 1.0) / np.where(self.logarithmic, self.centre, 1.0)
         return np.where(self.logarithmic, np.log(ratio), alone - self.centre) / self.width
 
     @property
-    def _is_part(self) -> np.ndarray:
+    def is_part(self) -> np.ndarray:
+        """(p,) bool, whether it is a share of another one."""
         return np.not_equal(self.within, np.arange(len(self.within)))
 
     def _alone(self, u: np.ndarray) -> np.ndarray:
