@@ -28,7 +28,7 @@ def exceeded(z: Sequence[float], std: dict[str, float]) -> tuple[float, float]:
     checker = Checker(of_rig(dict(zip(RIG, rig, strict=True)), std), confidence=CONFIDENCE)
     situation = Situation("", read_limits().find("Sternum"), "quasi_static", v, f_p)
     body = body_of(situation.areas[0], situation.contact)
-    answer = checker.exact(np.array([*checker.theta, v, f_p, *body, *situation.ending]))
+    (answer,) = checker.exact(np.array([*checker.theta, v, f_p, *body, *situation.ending]))
     if not (answer.exists and answer.is_known):
         return np.nan, np.nan
     found, exists = draw_forces(checker.model, checker.model.at(v, f_p), body, DRAWS, 1)

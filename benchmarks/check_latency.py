@@ -170,6 +170,7 @@ def in_python(speeds: Sequence[float]) -> dict[str, list[float]]:
     stopped = Situation(
         "", read_limits().find("Sternum"), "quasi_static", 0.1, F_P, 2.0, ending=Ending(stop_after=0.05)
     )
+    clamped = stopped._replace(ending=OPEN)  # a hand that recoils is lighter than what the surrogate knows
     values = np.array([*RIG.values(), 0.0, F_P])
     peak = jax.jit(lambda z: find_peak(Rig(*z[:4]), Impact(z[4], z[5])).f_max)
     network = jax.jit(lambda z: surrogate.force(Rig(*z[:4]), Impact(z[4], z[5])))
@@ -184,8 +185,8 @@ def in_python(speeds: Sequence[float]) -> dict[str, list[float]]:
     calls: dict[str, Callable[[float], object]] = {
         "exact peak": lambda v: float(peak(at(v))),
         "surrogate": lambda v: float(network(at(v))),
-        "surrogate, proved bound, deviation": lambda v: certified(np.array([*at(v), 1e-5, 0.0, *OPEN])),
-        "check, the surrogate where it decides": lambda v: quick.judge(asked._replace(v_e=v)),
+        "surrogate, proved bounds, deviation": lambda v: certified(np.array([*at(v), 1e-5, 0.0, *OPEN])),
+        "check, the surrogate where it decides": lambda v: quick.judge(clamped._replace(v_e=v)),
         "check, the exact model": lambda v: exact.judge(asked._replace(v_e=v)),
         "check, clamped with a stated stop": lambda v: quick.judge(stopped._replace(v_e=v)),
         "check, the same simulated": lambda v: quick.whole(np.array([*at(v), 4e-5, 0.0, *stopped.ending])),

@@ -47,6 +47,13 @@ def test_verdicts_on_either_side_of_the_limit_and_between(checker: Checker) -> N
     assert over.verdict == "not allowed" and over.force is not None and over.force > 150
 
 
+def test_a_bound_that_comes_with_the_surrogate_is_that_asked_alone(checker: Checker) -> None:
+    x = np.array([*checker.theta, 0.2, 60.0, 4e-5, 0.0, *STOP])
+    assert checker.quick is not None and checker.bound is not None
+    (_, along), (alone,) = checker.quick(x), checker.bound(x)
+    assert along.is_known and along == pytest.approx(alone)
+
+
 def test_factor_belongs_to_the_limit_and_not_to_the_force(checker: Checker) -> None:
     clamped, free = situation(contact="quasi_static"), situation()
     (area,) = free.areas

@@ -40,9 +40,10 @@ def _stop(x: Float[Array, "5"]) -> Float[Array, "2"]:
 
 def ending_conflict(model: ContactModel, ending: Ending, v_e: float) -> str:
     """Why an ending cannot be of this contact, with the remedy; empty where it can."""
-    laws = [v.peak.original() for v in model.variants]
-    if ending.brakes and any(isinstance(law, Simulated) and BRAKES_ITSELF in law.effects for law in laws):
-        return "the corrected model brakes the robot itself: state its end by stop_after or travel"
+    if ending.brakes:
+        laws = [v.peak.original() for v in model.variants]
+        if any(isinstance(law, Simulated) and BRAKES_ITSELF in law.effects for law in laws):
+            return "the corrected model brakes the robot itself: state its end by stop_after or travel"
     travel = stop_of(ending, v_e).travel
     if math.isfinite(travel) and travel > ending.travel * (1 + 1e-9):
         return (

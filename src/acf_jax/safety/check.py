@@ -1,6 +1,7 @@
 """Whether a contact stays below the limits of a body area: allowed, not allowed, or not decidable."""
 
 import math
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
@@ -17,7 +18,7 @@ from acf_jax.designs.boundary import first_failure
 from acf_jax.predict import LONGEST as LONGEST_TRACE
 from acf_jax.safety import standard
 from acf_jax.safety.assumptions import cautions
-from acf_jax.safety.infer import Inferred, Way, bound, compiled, exact_way, quick_way, trained_way, whole
+from acf_jax.safety.infer import Inferred, Way, bound, compiled, exact_peak, quick_peak, trained_peak, whole
 from acf_jax.safety.limits import BodyArea, body_of, limits_of
 from acf_jax.safety.situation import CONFIDENCE, Situation, situation_faults
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
@@ -95,15 +96,16 @@ class Checker:
         self.verdict, self.k_f = model.verdict, float(model.main.theta[RIG.index("k_f")])
         self.confidence = confidence
         self.lasting = 1 + float(norm.ppf(confidence)) * float(model.relative[-1])
-        self.exact = exact_way(model, confidence)
+        self.exact = compiled(exact_peak(model, confidence), is_simulated=model.is_simulated)
         self.whole = compiled(whole(model, confidence), is_simulated=True)
         has_closed_form = isinstance(model.main.peak, ClosedForm)
         self.bound = compiled(bound(model, confidence)) if has_closed_form else None
         self.quick: Way | None = None
         if isinstance(surrogate, CorrectedSurrogate):
-            self.quick = trained_way(by_surrogate(model, surrogate), confidence)
+            trained = by_surrogate(model, surrogate)
+            self.quick = compiled(trained_peak(trained, confidence), is_simulated=trained.is_simulated)
         elif surrogate is not None and has_closed_form:
-            self.quick = quick_way(model, confidence, surrogate)
+            self.quick = compiled(quick_peak(model, confidence, surrogate), bound(model, confidence))
         self.exact_name = "exact model" if has_closed_form else "simulation"
         self.cautions = cautions(model)
 
@@ -195,11 +197,18 @@ class Checker:
         )  # fmt: skip
 
     def _ask(
-        self, way: Way, name: str, s: Situation, body: Body, known: dict[tuple[Body, str], Inferred]
+        self,
+        way: Way,
+        names: Sequence[str],
+        s: Situation,
+        body: Body,
+        known: dict[tuple[Body, str], Inferred],
     ) -> Inferred:
-        if (found := known.get((body, name))) is None:
-            found = known[body, name] = way(np.array([*self.theta, s.v_e, s.f_p, *body, *s.ending]))
-        return found
+        """What the first program of a way infers; what the others do, is noted under their names."""
+        if (body, names[0]) not in known:
+            found = way(np.array([*self.theta, s.v_e, s.f_p, *body, *s.ending]))
+            known |= {(body, name): one for name, one in zip(names, found, strict=False)}
+        return known[body, names[0]]
 
     def _infer(
         self, s: Situation, body: Body, limit: float, known: dict[tuple[Body, str], Inferred]
@@ -211,23 +220,23 @@ class Checker:
         above = self._bound(s, body, known)
         if above <= limit and first.is_known:
             return first._replace(force=min(first.force, above), upper=above), name
-        return self._ask(self.whole, "whole", s, body, known), self.exact_name
+        return self._ask(self.whole, ["whole"], s, body, known), self.exact_name
 
     def _first_peak(
         self, s: Situation, body: Body, limit: float, known: dict[tuple[Body, str], Inferred]
     ) -> tuple[Inferred, str]:
         if self.quick is not None:
-            found = self._ask(self.quick, "surrogate", s, body, known)
+            found = self._ask(self.quick, ["surrogate", "bound"], s, body, known)
             near = found.lower <= limit * (1 + NEAR) and found.upper >= limit * (1 - NEAR)
             if found.is_known and not near:
                 return found, "surrogate"
-        return self._ask(self.exact, self.exact_name, s, body, known), self.exact_name
+        return self._ask(self.exact, [self.exact_name], s, body, known), self.exact_name
 
     def _bound(self, s: Situation, body: Body, known: dict[tuple[Body, str], Inferred]) -> float:
         """What the force does not exceed until the contact has ended, N; infinite where no bound is known."""
         if self.bound is None:
             return np.inf
-        found = self._ask(self.bound, "bound", s, body, known)
+        found = self._ask(self.bound, ["bound"], s, body, known)
         return found.upper if found.is_known else np.inf
 
     def _stop_by(self, s: Situation, answer: Answer) -> float | None:
@@ -236,7 +245,7 @@ class Checker:
         limit = _lowest_limit(s, *limits_of(answer.area, s.contact))
 
         def keeps(time: float) -> bool:
-            found = self.whole(np.array([*self.theta, s.v_e, s.f_p, *body, *Ending(stop_after=time)]))
+            (found,) = self.whole(np.array([*self.theta, s.v_e, s.f_p, *body, *Ending(stop_after=time)]))
             return found.is_known and found.upper <= limit
 
         return latest_stop(keeps)

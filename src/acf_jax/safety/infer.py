@@ -31,19 +31,20 @@ class Inferred(NamedTuple):
     is_known: bool  # the way that was taken holds wherever the parameters may lie
 
 
-Way = Callable[[np.ndarray], Inferred]  # of z, then the body's compliance and mobility, then the ending
+# of z, then the body's compliance and mobility, then the ending: what each of its programs infers
+Way = Callable[[np.ndarray], tuple[Inferred, ...]]
 Program = Callable[
     [Float[Array, " p+6"]], Float[Array, "5"]
 ]  # the same before it is compiled; `Bounded` in an array
 
 
-def exact_way(model: ContactModel, confidence: float) -> Way:
-    """The closed form, or the simulation of a corrected model."""
-    return _compiled(model, confidence)
+def exact_peak(model: ContactModel, confidence: float) -> Program:
+    """The first peak by the closed form, or by the simulation of a corrected model."""
+    return _first_peak(model, confidence)
 
 
-def quick_way(model: ContactModel, confidence: float, surrogate: Surrogate) -> Way:
-    """The surrogate with its proved bound; known only inside its range, and only for the paper's model."""
+def quick_peak(model: ContactModel, confidence: float, surrogate: Surrogate) -> Program:
+    """The same by the surrogate with its proved bound; known only inside its range, and only for the paper's model."""
     if not isinstance(model.main.peak, ClosedForm):
         raise ValueError("the surrogate stands for the paper's model; take the exact way for a corrected one")
 
@@ -53,11 +54,11 @@ def quick_way(model: ContactModel, confidence: float, surrogate: Surrogate) -> W
         known = found.holds & surrogate.box.has(rig, impact).all()
         return Interval(found.lower[None], found.upper[None], known)
 
-    return _compiled(model, confidence, law)
+    return _first_peak(model, confidence, law)
 
 
-def trained_way(model: ContactModel, confidence: float) -> Way:
-    """A surrogate of a corrected model with the bound that its training measured; known only inside its box."""
+def trained_peak(model: ContactModel, confidence: float) -> Program:
+    """The same by a surrogate of a corrected model, with the bound that training measured; known only in its box."""
     trained = model.main.peak
     if not isinstance(trained, Trained):
         raise ValueError("the model has no surrogate; take the exact way")
@@ -68,7 +69,7 @@ def trained_way(model: ContactModel, confidence: float) -> Way:
         force = peak.force[None]
         return Interval(force * (1 - error) / (1 + error), force, peak.exists)
 
-    return _compiled(model, confidence, law)
+    return _first_peak(model, confidence, law)
 
 
 def whole(model: ContactModel, confidence: float) -> Program:
@@ -98,9 +99,9 @@ def bound(model: ContactModel, confidence: float) -> Program:
     return _joined(found)
 
 
-def _compiled(model: ContactModel, confidence: float, law: Law | None = None) -> Way:
+def _first_peak(model: ContactModel, confidence: float, law: Law | None = None) -> Program:
     first_peak = bounded(model, confidence, law)
-    return compiled(_joined(lambda z, body, _: first_peak(z, body)), model.is_simulated)
+    return _joined(lambda z, body, _: first_peak(z, body))
 
 
 def _joined(found: Callable[[Float[Array, " p"], Body, Ending], Bounded]) -> Program:
@@ -113,15 +114,19 @@ def _joined(found: Callable[[Float[Array, " p"], Body, Ending], Bounded]) -> Pro
     return program
 
 
-def compiled(program: Program, is_simulated: bool = False) -> Way:
-    """The program of one contact as a function of NumPy arrays.
+def compiled(*programs: Program, is_simulated: bool = False) -> Way:
+    """The programs of one contact as one function of NumPy arrays: together, since a call costs more than its figures.
 
     `is_simulated`: the compiler's full effort takes twice as long and makes simulations no faster.
     """
-    quick = jax.jit(program, compiler_options=quick_options() if is_simulated else None)
 
-    def infer(x: np.ndarray) -> Inferred:
-        lower, force, upper, exists, is_known = np.asarray(quick(x)).tolist()
-        return Inferred(lower, force, upper, bool(exists), bool(is_known))
+    def together(x: Float[Array, " p+6"]) -> Float[Array, "programs 5"]:
+        return jnp.stack([program(x) for program in programs])
+
+    quick = jax.jit(together, compiler_options=quick_options() if is_simulated else None)
+
+    def infer(x: np.ndarray) -> tuple[Inferred, ...]:
+        rows = np.asarray(quick(x)).tolist()
+        return tuple(Inferred(low, at, up, bool(exists), bool(known)) for low, at, up, exists, known in rows)
 
     return infer
