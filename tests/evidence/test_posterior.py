@@ -168,29 +168,6 @@ def test_a_free_curve_is_the_form_of_a_law_that_has_95_percent_of_what_it_explai
     assert posterior([*rows, *(m._replace(objective=100.0) for m in wide)], PLAIN).of(ROBOT) > 0.9
 
 
-def test_a_small_law_that_nearly_all_explanations_have_is_named() -> None:
-    rows: dict[Explanation, tuple[float, tuple[float, ...]]] = {
-        ("gravity",): (0.0, ()),
-        ("gravity", "sensor_lag"): (40.0, (20.0, 1.0)),
-        ("coulomb_friction", "sensor_lag"): (38.0, (20.0, 1.0)),
-    }
-    found = posterior(_with_changes(rows), PLAIN)
-    assert [s.explanation for s in found.scored[:2]] == [
-        ("gravity", "sensor_lag"),
-        ("coulomb_friction", "sensor_lag"),
-    ]
-
-
-def test_a_small_law_that_only_exact_forms_ask_for_is_not_named() -> None:
-    """It may make up for what the form of the large one gets wrong."""
-    both, large, small = ("end_stop", "sensor_lag"), (20.0, 1.0), ("end_stop",)
-    exact = [Marginal(both, 0.0, -90.0, 0.0, 0.0, large), Marginal(small, 0.0, 0.0, 0.0)]
-    roughly = [Marginal(both, 0.03, -20.0, 0.0, 0.0, large), Marginal(small, 0.03, -20.0, 0.0)]
-    needed = [Marginal(both, 0.03, -40.0, 0.0, 0.0, large), Marginal(small, 0.03, -20.0, 0.0)]
-    assert posterior([*exact, *roughly], PLAIN).scored[0].explanation == small
-    assert posterior([*exact, *needed], PLAIN).scored[0].explanation == both
-
-
 @pytest.mark.parametrize(
     "changes, small",
     [

@@ -28,6 +28,7 @@ from acf_jax.inference.discrepancy import FORMS, SIZES, discrepancy
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, is_free_curve, parameters
+from acf_jax.inference.small_effects import small_effects
 
 SINGLES, SEVERAL = 6, 8  # explanations by one law, and by several, that are fitted beside a discrepancy
 WHOLE = 4  # of those by several, whose parts are, too
@@ -54,7 +55,7 @@ def explain(
     **Returns:** the given fits and those that proposals add; the evidence of these, and of the most promising ones
     beside each size of the discrepancy.
     """
-    weighed = _Weighed(observations, fits, told)
+    weighed = _Weighed(observations, fits, effects, told)
     weighed.beside_all(_chosen(fits))
     for size in weighed.sizes:
         weighed.bring(size)
@@ -95,12 +96,14 @@ class _Weighed:
         self,
         observations: Observations,
         fits: Sequence[Fit],
+        effects: Sequence[str],
         told: Callable[[Sequence[Marginal]], None],
     ):
         self.plain: dict[Explanation, Fit] = {}
         self.ends: dict[tuple[Explanation, float], _End] = {}
         self.told = told
         self.observations = {0.0: observations}
+        self.small = small_effects(observations, fits[0], effects)
         for size in NARROWING:
             self._add(size)
         self.sizes = list(NARROWING)
@@ -125,7 +128,7 @@ class _Weighed:
 
     def _add(self, size: float) -> None:
         exact = self.observations[0.0]
-        self.observations[size] = replace(exact, discrepancy=discrepancy(exact, size))
+        self.observations[size] = replace(exact, discrepancy=discrepancy(exact, size, self.small))
 
     def _evidence(self, fitted: Fit, size: float) -> Marginal:
         noise, exact = self.observations[size].whiten, self.observations[0.0].whiten

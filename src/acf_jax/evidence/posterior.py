@@ -6,10 +6,8 @@ surer than it is right. It is divided by a temperature, as in a power posterior 
 of Bayesian inference for misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
-large ones get wrong: of these only those are named that nearly all explanations beside the largest discrepancy have,
-as by the median probability model (Barbieri and Berger, 'Optimal predictive model selection', Annals of Statistics 32,
-2004). The others are background. So is a free curve beside laws that have 95 % of what it explains: it is their form,
-which is not exact, and no cause of its own.
+large ones get wrong: they are background. So is a free curve beside laws that have 95 % of what it explains: it is
+their form, which is not exact, and no cause of its own.
 
 What no explanation has is often refitted into the rig. A rig far from what is known of it therefore speaks for an
 unknown cause, however well the explanation fits (prior-data conflict: Box, 'Sampling and Bayes' inference in scientific
@@ -107,7 +105,7 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals, learnt)
     p = _with_remainders(marginals, log_p)
-    told = _as_stated(marginals, log_p)
+    told = {m.explanation: _as_stated(m) for m in marginals}
     beside: dict[Explanation, dict[float, float]] = {}
     tiny = float(np.finfo(float).tiny)
     strain = _strain(marginals)
@@ -166,26 +164,14 @@ def forms(marginals: Sequence[Marginal]) -> dict[Explanation, set[Explanation]]:
     return found
 
 
-def _as_stated(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, Explanation]:
-    """How each explanation is stated: free curves, alone or beside laws, as an unknown cause."""
-    sure = _needed(marginals, log_p)
-
-    def named(m: Marginal) -> Explanation:
-        background = minor(m) - sure
-        return tuple(name for name in m.explanation if name not in background)
-
-    return {m.explanation: UNKNOWN if is_free_curve(m.explanation) else named(m) for m in marginals}
-
-
-def _needed(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
-    """The laws that 95 % of the probability have, were all forms wrong by the largest discrepancy."""
-    widest = max(m.discrepancy for m in marginals)
-    beside = [k for k, m in enumerate(marginals) if m.discrepancy == widest]
-    inside: dict[str, float] = {}
-    for k, value in zip(beside, softmax(log_p[beside]).tolist(), strict=True):
-        for name in marginals[k].explanation:
-            inside[name] = inside.get(name, 0.0) + value
-    return {name for name, value in inside.items() if value >= CREDIBLE}
+def _as_stated(m: Marginal) -> Explanation:
+    """How an explanation is stated: a free curve, alone or beside laws, as an unknown cause."""
+    small = minor(m)
+    return (
+        UNKNOWN
+        if is_free_curve(m.explanation)
+        else tuple(name for name in m.explanation if name not in small)
+    )
 
 
 def minor(m: Marginal) -> set[str]:

@@ -26,7 +26,7 @@ SHARED = 0.5  # of the variance, in all trials alike: nothing is known of it
 MOST = 32  # waves, which bounds the time that long traces take
 
 
-def discrepancy(observations: Observations, size: float) -> Discrepancy:
+def discrepancy(observations: Observations, size: float, small: np.ndarray | None = None) -> Discrepancy:
     """What is as large as the share `size` of the force: waves of each trial and of all, beyond `FORMS` roughness, too.
 
     Repeats share the waves of their condition; drawn anew in each of r repeats, and the root of r larger, they leave
@@ -47,7 +47,10 @@ def discrepancy(observations: Observations, size: float) -> Discrepancy:
     if size > FORMS:
         whole = np.sqrt((np.where(o.along, o.force, 0.0) ** 2).sum(1) / np.maximum(o.along.sum(1), 1))
         rough = Rough(size * whole[:, None] * o.along, 1 / (2 * np.pi * FASTEST * o.measures.frequency))
-    return Discrepancy(own * waves, np.sqrt(SHARED) * waves, rough)
+    shared = np.sqrt(SHARED) * waves
+    if small is not None:
+        shared = np.concatenate([shared, min(size, FORMS) * small], axis=1)
+    return Discrepancy(own * waves, shared, rough)
 
 
 def _turns(o: Observations, time: np.ndarray | float) -> np.ndarray:
