@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from acf_jax.dataset import Measurement
 from acf_jax.diagnosis.plan import imagine
@@ -38,10 +39,23 @@ def test_without_repeats_the_largest_scatter_stands() -> None:
     assert trigger_scatter(repeated(0.0, conditions=12, repeats=1)) == TRIGGER
 
 
-def test_repeats_that_are_sampled_differently_say_nothing() -> None:
+def test_repeats_whose_samples_lie_between_each_others_are_compared_at_the_same_times() -> None:
+    """A time that is off by 0.4 samples is seen; one by which samples begin later is not one of the trigger."""
     o = repeated(0.0)
-    late = np.where(np.arange(len(o.names)) % 3 == 0, 0.4, 0.0)[:, None]
-    assert trigger_scatter(replace(o, time=o.time + INTERVAL * late)) == TRIGGER
+    late = np.where(np.arange(len(o.names)) % 3 == 0, 0.4, 0.0)[:, None] * INTERVAL
+    assert trigger_scatter(replace(o, time=o.time + late)) > 0.2
+    shifted = [CubicSpline(t, f)(t + by) for t, f, by in zip(o.time, o.force, late[:, 0], strict=True)]
+    assert trigger_scatter(replace(o, time=o.time + late, force=np.array(shifted))) < 0.1
+
+
+def test_a_recording_may_begin_some_samples_later() -> None:
+    o = repeated(0.3)
+    begins = np.where(np.arange(len(o.names)) % 3 == 1, 2, 0)
+    time = np.array([np.roll(t, -k) for t, k in zip(o.time, begins, strict=True)])
+    force = np.array([np.roll(f, -k) for f, k in zip(o.force, begins, strict=True)])
+    used = o.used & (np.arange(o.time.shape[1]) < o.time.shape[1] - begins[:, None])
+    late = replace(o, time=time, force=force, used=used)
+    assert 0.3 < trigger_scatter(late) < 1.7 * 0.3
 
 
 def test_a_faulty_repeat_does_not_make_triggers_look_exact() -> None:

@@ -1,6 +1,6 @@
 """The colour of the noise as the best explanation shows it, too: the samples before contact may be too few to tell."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -44,26 +44,28 @@ def colour(observations: Observations, best: Fit, approaches: Sequence[Trace]) -
     raw = replace(observations, noise=Noise(1.0), censored=None)  # a bound says nothing of the noise
     linear = replace(best, observations=raw).linearised()
     before = _Approach(approaches, known.offset)
-    step = float(np.median(observations.spacings))
+
+    def loss(noise: Noise) -> float:
+        return -_log_likelihood(observations, best, linear, noise) - before.log_likelihood(noise)
+
+    found = most_probable(known, float(np.median(observations.spacings)), loss)
+    if loss(known) - loss(found) < WORTH:
+        found = known
+    return replace(found, offset_std=before.offset_std(found), samples=before.samples + observations.n_used)
+
+
+def most_probable(known: Noise, step: float, loss: Callable[[Noise], float]) -> Noise:
+    """The colour of least loss, all else as known; `step`: s between samples."""
 
     def noise(x: np.ndarray) -> Noise:
         share = SHARE / (1 + np.exp(-np.clip(x[0], -9, 9)))
         steps = np.exp(np.clip(x[1], np.log(SHORTEST), np.log(LONGEST)))
         return replace(known, share=float(share), correlation_time=float(step * steps))
 
-    def loss(noise: Noise) -> float:
-        return -_log_likelihood(observations, best, linear, noise) - before.log_likelihood(noise)
-
     starts = [np.array([np.log(share / (1 - share)), np.log(steps)]) for share, steps in STARTS]
     begin = min(starts, key=lambda x: loss(noise(x)))
-    found = noise(
-        minimize(
-            lambda x: loss(noise(x)), begin, method="Nelder-Mead", options={"xatol": 1e-2, "fatol": 1e-2}
-        ).x
-    )
-    if loss(known) - loss(found) < WORTH:
-        found = known
-    return replace(found, offset_std=before.offset_std(found), samples=before.samples + observations.n_used)
+    options = {"xatol": 1e-2, "fatol": 1e-2}
+    return noise(minimize(lambda x: loss(noise(x)), begin, method="Nelder-Mead", options=options).x)
 
 
 class _Approach:

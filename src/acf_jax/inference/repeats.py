@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.linalg import helmert
 
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.ring import Ring, ringing
 from acf_jax.inference.whitening import Whitener
 
-SAME = 0.01  # of an interval, to which repeats have to be sampled alike
+SAME = 0.01  # of an interval, by which samples that lie half of one apart may lie farther apart
 FEWEST = 3  # samples that repeats have to share: their slope is needed
 
 
@@ -62,28 +63,41 @@ class Repeats(NamedTuple):
 
 
 def repeats(observations: Observations) -> list[Repeats]:
-    """Those of every condition that has several trials with traces, sampled alike."""
+    """Those of every condition that has several trials with traces, at the times that they share."""
     o = observations
     found = []
     for condition in np.unique(o.condition):
         trials = np.flatnonzero((o.condition == condition) & o.traced.any(1))
         if len(trials) < 2:
             continue
-        samples = o.used[trials].all(0)
-        time, force = o.time[trials][:, samples], o.force[trials][:, samples]
         interval = float(o.interval[trials[0]])
-        if len(time[0]) < FEWEST or np.ptp(time, axis=0).max() > SAME * interval:
+        time, force = _together(o, trials)
+        if len(time) < FEWEST:
             continue
         mean = force.mean(0)
         by_velocity, by_pretension = o.rel_std[0] * mean, np.full(len(mean), o.rel_std[1] * o.f_p[trials[0]])
-        by_trigger = o.trigger_std * interval * np.gradient(mean, time[0])
-        whiten = Whitener(time[:1], np.ones_like(time[:1], bool), o.noise)
+        by_trigger = o.trigger_std * interval * np.gradient(mean, time)
+        whiten = Whitener(time[None], np.ones((1, len(time)), bool), o.noise)
         contrasts = helmert(len(trials)) @ force
         white = np.asarray(
             whiten(np.concatenate([[by_velocity, by_pretension, by_trigger], contrasts])[None])[0]
         )
-        found.append(Repeats(time[0], float(mean.max()), whiten, white[:3], contrasts, white[3:]))
+        found.append(Repeats(time, float(mean.max()), whiten, white[:3], contrasts, white[3:]))
     return found
+
+
+def _together(o: Observations, trials: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The times (n,), s, of the first of some trials at which all were read, and the forces there (trials, n), N.
+
+    A recording begins anywhere between two samples of another: what lies between its own is interpolated by a spline.
+    """
+    read = [(o.time[i][o.used[i]], o.force[i][o.used[i]]) for i in trials]
+    if min(len(time) for time, _ in read) < FEWEST:
+        return np.zeros(0), np.zeros((len(trials), 0))
+    first, reach = read[0][0], (0.5 + SAME) * float(o.interval[trials[0]])
+    beside = [np.abs(first[:, None] - time).min(1) <= reach for time, _ in read]  # a gap is not bridged
+    time = first[np.all(beside, axis=0)]
+    return time, np.array([CubicSpline(*own)(time) for own in read])
 
 
 def _inner(spread: np.ndarray) -> np.ndarray:

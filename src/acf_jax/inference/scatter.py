@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from acf_jax.dataset import Noise
+from acf_jax.inference.noise_colour import most_probable
 from acf_jax.inference.observations import TRIGGER, Observations
 from acf_jax.inference.repeats import repeats
 from acf_jax.inference.rings import find_rings
@@ -17,7 +19,7 @@ def with_scatter(observations: Observations) -> Observations:
 
     What a quiet sensor reads before contact is the least that the noise can be. Where the repeats of most conditions
     still differ by far more, they say how well any model of the conditions can do (pure error; Draper and Smith,
-    'Applied Regression Analysis', 1998, ch. 2), and the noise is taken as large as that.
+    'Applied Regression Analysis', 1998, ch. 2), and the noise is taken as large as that, and of its colour.
     """
     loose = replace(observations, trigger_std=TRIGGER, rings=())
     ringing = replace(loose, rings=find_rings(loose))
@@ -25,13 +27,26 @@ def with_scatter(observations: Observations) -> Observations:
     ratio = _pure_error(scattered)
     if ratio < UNLIKE:
         return scattered
-    # it is not what a quiet sensor reads before contact, and has nothing of that one's colour
-    noise = replace(scattered.noise, share=0.0, correlation_time=0.0, source="repeats")
+    noise = replace(_colour(scattered), source="repeats")
     scattered = replace(scattered, noise=noise)
     while (ratio := _pure_error(scattered)) > SETTLED:  # beside more noise rings and triggers explain less
         noise = replace(noise, std=float(noise.std * np.sqrt(ratio)))
         scattered = replace(scattered, noise=noise)
     return scattered
+
+
+def _colour(observations: Observations) -> Noise:
+    """The noise whose colour makes most probable what repeats differ by, as large as this is at each condition."""
+    o = observations
+
+    def loss(noise: Noise) -> float:
+        beside = replace(o, noise=noise)
+        found = repeats(beside)
+        left = [one.left(spread_of(one, beside, o.trigger_std)) for one in found]
+        size = sum(0.5 * one.differences.size * np.log(x) for one, x in zip(found, left, strict=True))
+        return float(size + sum(len(one.differences) * one.whiten.log_volume for one in found))
+
+    return most_probable(o.noise, float(np.median(o.spacings)), loss)
 
 
 def _pure_error(observations: Observations) -> float:
