@@ -11,7 +11,7 @@ from acf_jax.contact.read import of_diagnosis
 from acf_jax.dataset import GapDataset, assess_dataset
 from acf_jax.dataset.units import CONTACT_STIFFNESS, MASS
 from acf_jax.diagnosis import Diagnosis, claims, diagnose
-from acf_jax.diagnosis.claims import Change, Comparison, agreeing, compare
+from acf_jax.diagnosis.claims import Change, Comparison, agreeing, compare, highest_probability
 from acf_jax.diagnosis.document import document
 from acf_jax.diagnosis.heldout import FORM_UNKNOWN, GapFigures, HeldOut, figures, form_error
 from acf_jax.diagnosis.results import gap_model
@@ -69,6 +69,21 @@ def test_a_stated_shrinkage_holds_what_the_figures_give(
 
 
 WORSE = Comparison(Change(7.13, 9.81), Change(55.0, 20.0))
+
+
+def test_laws_beside_which_a_cause_is_missing_are_as_probable_as_what_they_explain() -> None:
+    """Of 100 N^2 beside a floor of 20; no more than even odds where unseen conditions say nothing for them."""
+    better = Comparison(Change(10.0, 6.0), None)  # leaves 16 of 80
+    assert highest_probability(better, 20**0.5, False) == 1.0
+    assert highest_probability(better, 20**0.5, True) == pytest.approx(0.8)
+    assert (
+        highest_probability(better, None, True)
+        == highest_probability(Comparison(None, None), 1.0, True)
+        == 0.5
+    )
+    little = Comparison(Change(10.0, 9.0), None)
+    assert highest_probability(little, 0.0, True) == 0.5
+    assert highest_probability(Comparison(Change(10.0, 10.0), None), 0.0, False) == 0.5
 
 
 @pytest.mark.parametrize(("force", "peak", "denied"), [

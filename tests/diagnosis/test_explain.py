@@ -86,7 +86,7 @@ def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
         if len(sizes) > 1:
             assert LAWS in known  # found beside the widest
             return []
-        return [fit(ground.observations, LAWS, begin(RIG.values, [12.0], [0.04]))]
+        return [fit(ground.observations, LAWS, begin(RIG.values, [12.0], [0.04]), warm=True)]
 
     monkeypatch.setattr(explain_module, "PROPOSALS", (propose,))
     fits, evidence = explain(two, alone, KEPT)

@@ -69,15 +69,11 @@ def test_an_explanation_is_as_probable_as_beside_all_discrepancies_together() ->
     assert p[2:].sum() > p[1] and both.of(GRAVITY) == pytest.approx(alone.of(GRAVITY), abs=0.01)
 
 
-@pytest.mark.parametrize("explanation", [(), GRAVITY])
-def test_what_is_missing_is_stated_by_its_share_of_all_causes(explanation: Explanation) -> None:
-    changes = (4.0,) * len(explanation)
-    for missing, share in ((0.0, 0.0), (3.0, 9 / 25 if explanation else 1.0)):
-        rows = [
-            Marginal(explanation, 0.1, 500.0, 0.0, 0.0, changes, missing),
-            Marginal(ROBOT, 0.1, 600.0, 0.0),
-        ]
-        assert dict(posterior(rows, PLAIN).scored)[UNKNOWN] == pytest.approx(share, abs=1e-4)
+def test_where_a_cause_is_missing_none_is_unknown() -> None:
+    for size, share in ((0.03, 0.0), (0.1, 1.0)):
+        rows = [Marginal((), size, 500.0, 0.0), Marginal(GRAVITY, size, 600.0, 0.0)]
+        found = posterior(rows, PLAIN)
+        assert dict(found.scored)[UNKNOWN] == pytest.approx(share, abs=1e-4) and found.missed == size
 
 
 def test_the_component_of_an_unknown_cause_is_told_by_its_curves_and_several_laws_count_each() -> None:
@@ -164,7 +160,7 @@ def test_a_free_curve_is_the_form_of_a_law_that_has_95_percent_of_what_it_explai
     assert found.scored[0].explanation == (laws if is_form else UNKNOWN)
     assert found.scored[0].probability > 0.99
     assert sum(s.probability for s in found.scored) == pytest.approx(1.0)
-    wide = [m._replace(discrepancy=0.1, missing=5.0) for m in rows]
+    wide = [m._replace(discrepancy=0.1) for m in rows]
     assert posterior([*rows, *(m._replace(objective=100.0) for m in wide)], PLAIN).of(ROBOT) > 0.9
 
 

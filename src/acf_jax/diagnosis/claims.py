@@ -6,6 +6,7 @@ recalibrated one where the figures that are printed of unseen conditions say so.
 
 from typing import NamedTuple
 
+from acf_jax.diagnosis.damage import EVEN
 from acf_jax.diagnosis.heldout import GapFigures
 from acf_jax.diagnosis.shrinkage import Shrinkage
 
@@ -79,6 +80,20 @@ def compare(recalibrated: GapFigures, corrected: GapFigures, of_trials: GapFigur
     return Comparison(force, peak, own is not None and own.after > own.before)
 
 
+def highest_probability(comparison: Comparison, floor: float | None, is_missing: bool) -> float:
+    """How probable laws may be called at most, by what unseen conditions say of them.
+
+    Even odds where their force error is not less. Where a cause `is_missing` beside them, they are as probable as the
+    share is that they explain of the gap's mean square there, and no less than at even odds. `floor`: N RMS.
+    """
+    if comparison.is_denied:
+        return EVEN
+    if not is_missing:
+        return 1.0
+    left = 1.0 if comparison.force is None else _left(*comparison.force, floor)
+    return max(EVEN, 1 - left)
+
+
 def agreeing(
     shrinkage: Shrinkage | None, recalibrated: GapFigures, corrected: GapFigures, floor: float | None
 ) -> Shrinkage | None:
@@ -90,11 +105,18 @@ def agreeing(
     before, after = recalibrated.force_rms_n, corrected.force_rms_n
     if shrinkage is None or before is None or after is None or floor is None or before <= floor:
         return shrinkage
-    share = 1 - (max(after**2 - floor**2, 0.0) / (before**2 - floor**2)) ** 0.5
+    share = 1 - _left(before, after, floor) ** 0.5
     low, high = shrinkage.ci95
     low = min(low, share)
     value = shrinkage.value if low > 0 else share
     return Shrinkage(value, (low, max(high, value)))
+
+
+def _left(before: float, after: float, floor: float | None) -> float:
+    """What is left of a gap's mean square, scatter taken off; all where scatter explains it, or is not known."""
+    if floor is None or before <= floor:
+        return 1.0
+    return max(after**2 - floor**2, 0.0) / (before**2 - floor**2)
 
 
 def _change(before: float | None, after: float | None, digits: int) -> Change | None:

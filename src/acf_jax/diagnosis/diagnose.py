@@ -33,6 +33,7 @@ from acf_jax.effects import library
 from acf_jax.errors import suggestion
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored, credible_set, posterior
+from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations, observe
 from acf_jax.inference.parameters import Explanation, begin, is_free_curve, label
@@ -162,9 +163,13 @@ def diagnose(
     if corrected is not recalibrated:
         own = hold_out(observations, corrected, measured, validation.scattered, refit=False)
         comparison = claims.compare(gap["recalibrated"], gap["corrected"], figures(observations, own))
-    is_denied = comparison is not None and comparison.is_denied and sure.scored[0].explanation != UNKNOWN
+    floor = _floor(observations, held["corrected"])
     highest = damage.highest_probability(quality, observations.names)
-    told = damage.tempered(sure, min(highest, damage.EVEN) if is_denied else highest)
+    believed, is_denied = 1.0, False
+    if comparison is not None and sure.scored[0].explanation != UNKNOWN:
+        believed = claims.highest_probability(comparison, floor, sure.missed > FORMS)
+        is_denied = comparison.is_denied
+    told = damage.tempered(sure, min(highest, believed))
     scored, credible = told.scored, credible_set(told.scored)
     probability = np.array([told.of(f.explanation) for f in fits])
     first = scored[0]
@@ -183,7 +188,6 @@ def diagnose(
     standing = [f for f in fits if told.stated(f.explanation) in credible]
     harmless = same_peaks(observations, recalibrated, standing)
     verdict = judge(scored, credible, pairs, detectability, observations, harmless)
-    floor = _floor(observations, held["corrected"])
     is_stated = comparison is not None and comparison.is_better and verdict != "no_gap"
     component = told.components()
     form = {name: form_error(held[name], observations.noise.std) for name in ("recalibrated", "corrected")}

@@ -68,7 +68,6 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "log_occam": _round(m.log_occam, 7),
                 "strain": _round(m.strain),
                 "force_changes_n": [_round(value) for value in m.changes],
-                "missing_n": _round(m.missing),
             }
             for m in d.evidence
         ],

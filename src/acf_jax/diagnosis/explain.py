@@ -132,11 +132,7 @@ class _Weighed:
 
     def _evidence(self, fitted: Fit, size: float) -> Marginal:
         noise, exact = self.observations[size].whiten, self.observations[0.0].whiten
-        found = marginal(fitted, size, noise.log_volume - exact.log_volume)
-        if size <= FORMS:
-            return found
-        o = self.observations[0.0]
-        return found._replace(missing=float(size * np.sqrt((o.force[o.used] ** 2).mean())))
+        return marginal(fitted, size, noise.log_volume - exact.log_volume)
 
     def known(self, size: float) -> set[Explanation]:
         """What is weighed beside a size."""
@@ -215,14 +211,12 @@ class _Weighed:
             self._weigh(size, sorted(near))
 
     def with_changes(self) -> list[Marginal]:
-        """The evidence of everything; what each law changes about the force, of explanations that are not hopeless.
+        """The evidence of everything; what each of several laws changes about the force, where that is not hopeless.
 
-        That of one law only where it is compared with what is missing. An explanation whose fit breaks down without a
-        discrepancy has no model, and is left out.
+        An explanation whose fit breaks down without a discrepancy has no model, and is left out.
         """
         best = self._best_of_each()
-        few = 1 if self.sizes[0] > FORMS else 2
-        laws = [e for e in best if len(e) >= few and not is_free_curve(e) and e in self.plain]
+        laws = [e for e in best if len(e) > 1 and not is_free_curve(e) and e in self.plain]
         found = in_parallel([partial(self._changes, best[e]) for e in laws])
         of = dict(zip(laws, found, strict=True))
         sound = (m for m in self.marginals if m.explanation in self.plain)

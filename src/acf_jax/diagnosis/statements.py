@@ -49,8 +49,7 @@ def of_scatter(before: float, o: Observations) -> list[str]:
 
 def of_discrepancy(told: Posterior) -> list[str]:
     """What is said where the most probable explanation misses by more than forms that are a little wrong."""
-    sizes = told.discrepancy[told.scored[0].explanation]
-    size = max(sizes, key=lambda size: sizes[size])
+    size = told.missed
     if size <= FORMS:
         return []
     return [

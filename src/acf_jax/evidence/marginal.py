@@ -30,7 +30,6 @@ class Marginal(NamedTuple):
     log_occam: float  # log Z + objective
     strain: float = 0.0  # squared distance of the rig from its prior, in standard deviations
     changes: tuple[float, ...] = ()  # N RMS, what each law changes about the force; none where not asked
-    missing: float = 0.0  # N RMS, a discrepancy that is larger than forms are wrong
 
     @property
     def log_z(self) -> float:
@@ -53,7 +52,6 @@ def read_evidence(path: Path) -> tuple[Marginal, ...]:
                 entry["log_occam"],
                 entry["strain"],
                 tuple(entry["force_changes_n"]),
-                entry.get("missing_n", 0.0),
             )
             for entry in content.get("evidence") or ()
         )

@@ -22,6 +22,7 @@ from scipy.special import expit, softmax
 
 from acf_jax.evidence.learnt import LEARNT, Learnt
 from acf_jax.evidence.marginal import Marginal
+from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve, split
 
 UNKNOWN: Explanation = ("unknown",)
@@ -45,6 +46,12 @@ class Posterior(NamedTuple):
     discrepancy: dict[
         Explanation, dict[float, float]
     ]  # of each explanation: the probability of each size beside it
+
+    @property
+    def missed(self) -> float:
+        """The share of the force by which the first explanation misses it, most probably: the discrepancy's size."""
+        sizes = self.discrepancy[self.scored[0].explanation]
+        return max(sizes, key=lambda size: sizes[size])
 
     def stated(self, explanation: Explanation) -> Explanation:
         """How what was weighed is stated."""
@@ -87,18 +94,17 @@ def hidden(m: Marginal, learnt: Learnt = LEARNT) -> float:
     """Probability that besides what an explanation has an unknown cause is there and to be stated, were nothing else
     possible.
 
-    A discrepancy that is larger than forms are wrong is such a cause: it is stated in proportion to its share of the
-    mean square of all that causes change about the force. Or a cause hides in the rig: then each of its constants lies
-    `hiding` standard deviations from what is known of it, not one. A free curve is unknown already.
+    A discrepancy that is larger than forms are wrong is such a cause where there is no law. Or a cause hides in the
+    rig: then each of its constants lies `hiding` standard deviations from what is known of it, not one. A free curve is
+    unknown already.
     """
     if is_free_curve(m.explanation):
         return 0.0
+    if not m.explanation and m.discrepancy > FORMS:
+        return 1.0
     wide = learnt.hiding
     log_odds = 0.5 * m.strain * (1 - wide**-2) - len(RIG) * np.log(wide) - learnt.free_curve
-    seen = 0.0
-    if m.missing > 0:
-        seen = m.missing**2 / (m.missing**2 + float(np.square(m.changes).sum()))
-    return float(1 - (1 - seen) * expit(-log_odds))
+    return float(expit(log_odds))
 
 
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
@@ -138,7 +144,7 @@ def _with_remainders(marginals: Sequence[Marginal], log_p: np.ndarray) -> np.nda
     """
     p, laws_of = softmax(log_p), forms(marginals)
     for k, m in enumerate(marginals):
-        if m.explanation in laws_of and not m.missing:
+        if m.explanation in laws_of and m.discrepancy <= FORMS:
             laws = [i for i, other in enumerate(marginals) if other.explanation in laws_of[m.explanation]]
             p[laws] += p[k] * softmax(log_p[laws])
             p[k] = 0.0
