@@ -95,9 +95,15 @@ def _together(o: Observations, trials: np.ndarray) -> tuple[np.ndarray, np.ndarr
     if min(len(time) for time, _ in read) < FEWEST:
         return np.zeros(0), np.zeros((len(trials), 0))
     first, reach = read[0][0], (0.5 + SAME) * float(o.interval[trials[0]])
-    beside = [np.abs(first[:, None] - time).min(1) <= reach for time, _ in read]  # a gap is not bridged
+    beside = [_to_nearest(time, first) <= reach for time, _ in read]  # a gap is not bridged
     time = first[np.all(beside, axis=0)]
     return time, np.array([CubicSpline(*own)(time) for own in read])
+
+
+def _to_nearest(time: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """How far each instant is from the nearest of two times and more, both increasing."""
+    after = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
+    return np.asarray(np.minimum(np.abs(at - time[after - 1]), np.abs(time[after] - at)))
 
 
 def _inner(spread: np.ndarray) -> np.ndarray:
