@@ -1,11 +1,11 @@
 """Model discrepancy: what laws whose form is a little wrong, and effects too small to be told, add to the force.
 
-No form is exact, and every rig has small effects beside its large ones. What they do to the force is not known, but how
-large it is, and how fast: a share of the force, slow beside the noise except right after contact, where everything has
-only begun. Half of its variance is the same share of the force in all trials, since a law is wrong in one way; the
-other half differs between conditions. As a Gaussian process it is noise of its own kind, beside which a law has to
-explain more than that to be named (Kennedy and O'Hagan, 'Bayesian calibration of computer models', J. R. Stat. Soc. B
-63, 2001).
+Every rig has small effects beside its large ones, whose shapes are known (`small_effects`), and no form is exact. What
+a form gets wrong is not known, but how large it is, and how fast: a share of the force, slow beside the noise except
+right after contact, where everything has only begun. Half of its variance is the same share of the force in all trials,
+since a law is wrong in one way; the other half differs between conditions. As a Gaussian process it is noise of its own
+kind, beside which a law has to explain more than that to be named (Kennedy and O'Hagan, 'Bayesian calibration of
+computer models', J. R. Stat. Soc. B 63, 2001).
 
 Where a cause is missing, nothing is known of how fast its force is: rings come besides, and last when the force is
 over. Then as much again is rough: a process as large all over a trace, that is forgotten within the time in which the
@@ -28,6 +28,8 @@ MOST = 32  # waves, which bounds the time that long traces take
 
 def discrepancy(observations: Observations, size: float, small: np.ndarray | None = None) -> Discrepancy:
     """What is as large as the share `size` of the force: waves of each trial and of all, beyond `FORMS` roughness, too.
+
+    `small`: (trials, k, n) N, what `small_effects` add up to; they are as large again, and never above `FORMS`.
 
     Repeats share the waves of their condition; drawn anew in each of r repeats, and the root of r larger, they leave
     the mean of the repeats the same.
