@@ -172,12 +172,10 @@ def forms(marginals: Sequence[Marginal]) -> dict[Explanation, set[Explanation]]:
 
 def _as_stated(m: Marginal) -> Explanation:
     """How an explanation is stated: a free curve, alone or beside laws, as an unknown cause."""
+    if is_free_curve(m.explanation):
+        return UNKNOWN
     small = minor(m)
-    return (
-        UNKNOWN
-        if is_free_curve(m.explanation)
-        else tuple(name for name in m.explanation if name not in small)
-    )
+    return tuple(name for name in m.explanation if name not in small)
 
 
 def minor(m: Marginal) -> set[str]:

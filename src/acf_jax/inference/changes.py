@@ -3,7 +3,7 @@
 import numpy as np
 
 from acf_jax.inference.fit import grid_for
-from acf_jax.inference.linear import predict
+from acf_jax.inference.linear import predict_as_commanded
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, switched_off
 
@@ -21,11 +21,9 @@ def changes(
     `program`: of `Grid`.
     """
     o, grid = observations, grid_for(observations, explanation, program)
-    quiet = np.zeros((len(o.names), o.n_nuisances))
-    nothing = np.zeros(o.n_common + o.n_shared)
 
     def force(parameters: np.ndarray) -> np.ndarray:
-        return predict(o, explanation, np.concatenate([parameters, nothing]), quiet, grid)[o.used]
+        return predict_as_commanded(o, explanation, parameters, grid)[o.used]
 
     together = force(physical)
     alone = (together - force(switched_off(explanation, physical, [name])) for name in explanation)

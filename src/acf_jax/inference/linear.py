@@ -101,6 +101,15 @@ def predict(
         return combine_row(forces.sensed, at.near, at.weight) + _beside_motion(o, common, nuisance)
 
 
+def predict_as_commanded(
+    observations: Observations, explanation: Explanation, physical: np.ndarray, grid: Grid
+) -> np.ndarray:
+    """(trials, n) N, the force of rig and laws alone, p numbers in SI units: no nuisance, zero, delay or wave."""
+    o = observations
+    theta = np.concatenate([physical, np.zeros(o.n_common + o.n_shared)])
+    return predict(o, explanation, theta, np.zeros((len(o.names), o.n_nuisances)), grid)
+
+
 def _forces(
     o: Observations,
     explanation: Explanation,

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from acf_jax.inference.fit import Fit, grid_for
-from acf_jax.inference.linear import is_bounded, predict
+from acf_jax.inference.linear import is_bounded, predict_as_commanded
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, looks, starts
+from acf_jax.inference.parameters import RIG, looks, starts
 
 KEPT = 0.999  # of their variance, by principal components: many laws change the force much alike
 
@@ -26,17 +26,15 @@ def small_effects(observations: Observations, rig: Fit, effects: Sequence[str]) 
     **Returns:** (trials, k, n) N, orthogonal to one another, the largest first.
     """
     o = observations
-    quiet = np.zeros((len(o.names), o.n_nuisances))
-    nothing = np.zeros(o.n_common + o.n_shared)
-
-    def force(explanation: Explanation, start: Sequence[float], like: Explanation) -> np.ndarray:
-        theta = np.concatenate([rig.theta[: len(RIG)], start, nothing])
-        return predict(o, explanation, theta, quiet, grid_for(o, like)) * o.weighed
+    bare = rig.theta[: len(RIG)]
 
     def shapes(name: str) -> list[np.ndarray]:
-        without = force((), [], (name,))
-        begins = [*starts(name, o.measures), *looks(name, o.measures)]
-        changes = [force((name,), start, (name,)) - without for start in begins]
+        grid = grid_for(o, (name,))
+        without = predict_as_commanded(o, (), bare, grid)
+        begins = [
+            np.array([*bare, *start]) for start in (*starts(name, o.measures), *looks(name, o.measures))
+        ]
+        changes = [(predict_as_commanded(o, (name,), x, grid) - without) * o.weighed for x in begins]
         sound = [c / np.sqrt((c**2).sum()) for c in changes if is_bounded(c / o.noise.std) and c.any()]
         return [c / np.sqrt(len(sound)) for c in sound]
 
