@@ -6,17 +6,16 @@ from importlib import import_module
 
 import pytest
 
-from acf_jax.diagnosis import candidates, identifiability
-from acf_jax.effects import library
+from acf_jax import effects
+from acf_jax.inference.free_curves import free_curves
 
 
 @contextmanager
-def few_explanations(effects: tuple[str, ...], curves: tuple[str, ...]) -> Iterator[None]:
+def few_explanations(kept: tuple[str, ...], curves: tuple[str, ...]) -> Iterator[None]:
     """Within the block a diagnosis knows these effects and free curves only."""
-    kept = {name: cls for name, cls in library().items() if name in effects}
-    kept_curves = {name: cls for name, cls in candidates.free_curves().items() if name in curves}
+    library = {name: cls for name, cls in effects.library().items() if name in kept}
+    kept_curves = {name: cls for name, cls in free_curves().items() if name in curves}
     with pytest.MonkeyPatch.context() as patch:
-        for module in (import_module("acf_jax.diagnosis.diagnose"), identifiability):
-            patch.setattr(module, "library", lambda: kept)
-        patch.setattr(candidates, "free_curves", lambda: kept_curves)
+        patch.setattr(effects, "library", lambda: library)
+        patch.setattr(import_module("acf_jax.diagnosis.diagnose"), "free_curves", lambda: kept_curves)
         yield

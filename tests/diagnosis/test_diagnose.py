@@ -62,12 +62,28 @@ def test_a_cause_that_the_library_lacks_is_unknown_at_its_component(gravity_set:
     assert [f.explanation for f in found.fits][:2] == [(), ("unknown_actuator",)]  # most probable first
 
 
+def test_nothing_acts_at_a_component_that_the_rig_does_not_have(gravity_set: GapDataset) -> None:
+    """Neither its laws nor its free curve: what acts there in truth is named elsewhere, or is unknown elsewhere."""
+    with few_explanations(("gravity", "sensor_scale"), ("unknown_actuator", "unknown_sensor")):
+        found = diagnose(gravity_set, without=["actuator"])
+    assert {name for f in found.fits for name in f.explanation} == {"sensor_scale", "unknown_sensor"}
+    assert found.component["actuator"] == 0.0 and set(found.absorbed) == {"sensor_scale"}
+    content = document(found)["contributions"]
+    background = next(part for part in content if part["effect"] == "background")
+    assert background["component"]["actuator"] == 0.0
+
+
 @pytest.mark.parametrize("without", [["gravty"], "gravty"], ids=["one of many", "a string"])
 def test_what_cannot_be_the_cause_has_to_be_an_effect(
     gravity_set: GapDataset, without: list[str] | str
 ) -> None:
     with pytest.raises(ValueError, match="no effect is called 'gravty'; did you mean 'gravity'"):
         diagnose(gravity_set, without=without)
+
+
+def test_something_has_to_be_left(gravity_set: GapDataset) -> None:
+    with pytest.raises(ValueError, match="leave at least one"):
+        diagnose(gravity_set, without=["actuator", "contact", "robot", "sensor"])
 
 
 def test_the_model_file_comes_back_as_it_was(diagnosed: Diagnosis, tmp_path: Path) -> None:

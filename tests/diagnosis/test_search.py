@@ -54,7 +54,7 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
         monkeypatch.setattr(candidates, "fit_further", lambda _, fitted: fitted)
         monkeypatch.setattr(candidates, "go_on", lambda _, glance: ended.append(glance.explanation) or glance)
         observations: Any = SimpleNamespace(n_used=SAMPLES)
-        fits = fit_all(observations, _fit((), 1200.0), EFFECTS, lambda _: None)
+        fits = fit_all(observations, _fit((), 1200.0), [*EFFECTS, *free_curves()], lambda _: None)
         return [f.explanation for f in fits]
 
     ended: list[Explanation] = []

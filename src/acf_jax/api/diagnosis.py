@@ -115,9 +115,9 @@ def diagnose(
 
     **Arguments:** `data`: a `Recording`, a `DataSet`, or the folder of a data set. `rig`: what is known of the rig, an
     `acf_jax.Prior` or a rig's file; a recording needs it here or in `read_recording`, a data set brings its own, which
-    this replaces. `without`: names of effects that cannot be the cause, as one who knows the rig would say. `seed`: of
-    the bootstrap. `low_pass`: cutoff, Hz, of a filter for data and model alike, to leave out what is faster, such as a
-    ring. `progress`: called with the name of each stage, such as `print`.
+    this replaces. `without`: effects that cannot be the cause, and components that the rig does not have ("robot",
+    ...). `seed`: of the bootstrap. `low_pass`: cutoff, Hz, of a filter for data and model alike, to leave out what is
+    faster, such as a ring. `progress`: called with the name of each stage, such as `print`.
 
     **Returns:** `Diagnosis`.
 

@@ -39,14 +39,14 @@ def diagnosed(session: Session) -> set[str]:
 
 
 def diagnosed_by(session: Session) -> tuple[list[str], float | None]:
-    """Effects that the diagnosis was told cannot be the cause, and the cutoff of its low-pass, Hz, as it was called."""
-    from acf_jax.effects import library
+    """Effects and components that the diagnosis was told to leave out, and the cutoff of its low-pass, Hz."""
+    from acf_jax.effects import COMPONENTS, library
 
     command = _json(session.folder / DIAGNOSIS / FILE).get("command")
     without, low_pass = [], None
     with suppress(ValueError):
         for option, value in pairwise(shlex.split(command if isinstance(command, str) else "")):
-            if option == "--without" and value in library():
+            if option == "--without" and value in (*library(), *COMPONENTS):
                 without.append(value)
             if option == "--low-pass":
                 low_pass = float(value)

@@ -17,6 +17,7 @@ Examples:
   python -m acf_jax diagnose my_rig --out result
   python -m acf_jax diagnose my_rig --out result --json | python -m json.tool
   python -m acf_jax diagnose my_rig --out result --low-pass 200
+  python -m acf_jax diagnose drop_tower --out result --without robot --without actuator
 """
 
 
@@ -26,8 +27,9 @@ Examples:
 @click.option(
     "--without",
     multiple=True,
-    metavar="EFFECT",
-    help="An effect that cannot be the cause on this rig; several times for several.",
+    metavar="EFFECT|COMPONENT",
+    help="An effect that cannot be the cause on this rig, or a component that it does not have (actuator, contact,"
+    " robot, sensor); several times for several.",
 )
 @click.option("--seed", default=0, show_default=True, type=SEED, help="Of the bootstrap intervals.")
 @click.option(
@@ -55,7 +57,7 @@ def command(
     """
     from acf_jax.dataset import LowPass, read_dataset
     from acf_jax.dataset.low_pass import APPLIED_ORDER
-    from acf_jax.errors import InputError, collected, suggestion
+    from acf_jax.errors import InputError, collected
 
     faults = [f"--out {out}: is a file; name a folder"] if out.exists() and not out.is_dir() else []
     faults += foreign_files(
@@ -66,11 +68,12 @@ def command(
         raise InputError(faults)
     band = LowPass(low_pass, APPLIED_ORDER) if low_pass else None
     if without:
-        from acf_jax.effects import library
+        from acf_jax.effects import remaining
 
-        if strange := [name for name in without if name not in library()]:
-            hint = suggestion(strange[0], list(library())) or f"; known are {', '.join(library())}"
-            raise InputError(f"--without {strange[0]}: is no effect{hint}")
+        try:
+            remaining(without)
+        except ValueError as error:
+            raise InputError(f"--without: {error}") from None
 
     from acf_jax.start import start_jax
 

@@ -10,7 +10,6 @@ import numpy as np
 from acf_jax.effects import library
 from acf_jax.inference.baseline import Ground, Promise
 from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
-from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, begin, classes, is_free_curve, parameters, starts
 
@@ -181,7 +180,7 @@ def blocks_of(fitted: Fit) -> list[np.ndarray]:
     return np.split(fitted.physical[4:], np.cumsum(sizes)[:-1]) if sizes else []
 
 
-def singles(effects: Sequence[str]) -> list[Explanation]:
-    """Every effect and every free curve, alone; what takes longest comes first, so that no core waits for the last."""
-    alone: list[Explanation] = [(name,) for name in (*effects, *free_curves())]
+def singles(causes: Sequence[str]) -> list[Explanation]:
+    """Every effect and free curve alone; what takes longest comes first, so that no core waits for the last."""
+    alone: list[Explanation] = [(name,) for name in causes]
     return sorted(alone, key=lambda explanation: -len(parameters(explanation)))

@@ -15,13 +15,12 @@ import numpy as np
 from acf_jax.diagnosis.candidates import best, blocks_of, in_parallel
 from acf_jax.diagnosis.heldout import TIMING, HeldOut
 from acf_jax.diagnosis.shrinkage import ENDS, forms_elsewhere, resample
-from acf_jax.effects import library
 from acf_jax.evidence.posterior import Scored
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, is_free_curve
+from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve
 
 BACKGROUND, SCATTER = "background", "scatter"
 RESAMPLES = 1000  # of the bootstrap: the ends of an interval are known to a few hundredths of its width
@@ -47,6 +46,7 @@ def contributions(
     held: dict[str, HeldOut],
     scored: Sequence[Scored],
     component: dict[str, float],
+    effects: Sequence[str],
     seed: int,
 ) -> tuple[Contribution, ...]:
     """The effects of the first explanation, the background, the scatter.
@@ -54,7 +54,7 @@ def contributions(
     **Arguments:** `fits`: the recalibrated model first. `held`: predictions of unseen conditions by `recalibrated` and
     `corrected`. `scored`: effects of the corrected model that the first does not name are background; an effect's
     interval begins at zero as far as explanations without it are probable.
-    `component`: where an unknown cause acts, told by the free curves.
+    `component`: where an unknown cause acts, told by the free curves. `effects`: those that may act on this rig.
 
     **Returns:** nothing where there are no traces, where all trials have one condition, or where the recalibrated model
     misses nothing.
@@ -99,7 +99,7 @@ def contributions(
         low, high = _interval(shares[k, 1:], absent)
         value = float(shares[k, 0])
         force = float(np.sqrt(value * before.sum() / samples.sum()))
-        where = _component(o, corrected, component) if name == BACKGROUND else None
+        where = _component(o, corrected, component, effects) if name == BACKGROUND else None
         result.append(
             Contribution(
                 name,
@@ -181,17 +181,20 @@ def _peaks(o: Observations, after: HeldOut, changes: Sequence[np.ndarray]) -> li
     ]
 
 
-def _component(o: Observations, corrected: Fit, unknown: dict[str, float]) -> dict[str, float]:
+def _component(
+    o: Observations, corrected: Fit, unknown: dict[str, float], effects: Sequence[str]
+) -> dict[str, float]:
     """Where the background acts: by what the effects of each component promise to explain of it at most."""
     if is_free_curve(corrected.explanation):
         total = sum(unknown.values())
         return {name: p / total for name, p in unknown.items()} if total > 0 else dict(unknown)
     ground = Ground.of(o, corrected)
-    others = [name for name in library() if name not in corrected.explanation]
+    others = [name for name in effects if name not in corrected.explanation]
     promised = in_parallel([partial(ground.promise, name) for name in others])
-    gains = dict.fromkeys(unknown, 0.0)
+    gains = {component_of(name): 0.0 for name in effects}
     for name, promise in zip(others, promised, strict=True):
-        where = library()[name].component
+        where = component_of(name)
         gains[where] = max(gains[where], promise.gain)
     total = sum(gains.values())
-    return {name: gain / total if total > 0 else 1 / len(gains) for name, gain in gains.items()}
+    shares = {name: gain / total if total > 0 else 1 / len(gains) for name, gain in gains.items()}
+    return {name: shares.get(name, 0.0) for name in unknown}

@@ -29,12 +29,12 @@ from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, held_out_shrinkage, p
 from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.verdict import judge
 from acf_jax.diagnosis.where import GapMap, gap_map
-from acf_jax.effects import library
-from acf_jax.errors import suggestion
+from acf_jax.effects import remaining
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored, credible_set, posterior
 from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Observations, observe
 from acf_jax.inference.parameters import Explanation, begin, is_free_curve, label
 from acf_jax.inference.scatter import with_scatter
@@ -96,8 +96,8 @@ def diagnose(
     """Where the gap between the paper's model and measured impacts lies, why, and how far it shrinks.
 
     **Arguments:** `dataset`: as `read_dataset` gives it, or built from arrays. `seed`: of the bootstrap; the same seed
-    gives the same answer. `progress`: called with the name of each stage as it begins. `without`:
-    effects of the library that cannot be the cause, as one who knows the rig would say. `low_pass`: a filter for data
+    gives the same answer. `progress`: called with the name of each stage as it begins. `without`: effects that cannot
+    be the cause, and components that the rig does not have ("robot", ...). `low_pass`: a filter for data
     and model, to leave out what is faster than any cause that is asked for, as a ring; then `Diagnosis.dataset` holds
     what came out of it. `watch`: told what is known before all is, see `acf_jax.diagnosis.interim`.
 
@@ -106,10 +106,8 @@ def diagnose(
     **Raises:** `InputError` when fewer than three trials can be used, `ValueError` where `without` names no effect.
     """
     without = [without] if isinstance(without, str) else without
-    if strange := sorted(set(without) - library().keys()):
-        known = sorted(library())
-        hint = suggestion(strange[0], known) or f"; take of {known}"
-        raise ValueError(f"no effect is called {', '.join(map(repr, strange))}{hint}")
+    effects = remaining(without)
+    curves = [name for name, cls in free_curves().items() if cls.component not in without]
     progress("looking at the data")
     names = [trial.name for trial in dataset.trials]
     quality = assess_low_passed(dataset, low_pass) if low_pass else assess_dataset(dataset)
@@ -122,15 +120,14 @@ def diagnose(
             excluded.setdefault(name, NOT_COMPARED)
     interim = Interim(watch)
     interim.trust(quality, excluded)
-    effects = [name for name in library() if name not in without]
-    recalibrated, fits = _fit(quality, observations, effects, progress, interim)
+    recalibrated, fits = _fit(quality, observations, [*effects, *curves], progress, interim)
     left_out = outliers(observations, [recalibrated, *fits])
     if left_out:
         excluded |= left_out
         kept = np.array([name not in left_out for name in observations.names])
         observations = with_scatter(observed.subset(kept))
         interim.trust(quality, excluded)
-        recalibrated, fits = _fit(quality, observations, effects, progress, interim)
+        recalibrated, fits = _fit(quality, observations, [*effects, *curves], progress, interim)
     progress("asking what the noise is like")
     traces = [t.trace for t in quality.dataset.trials if t.trace and t.name in observations.names]
     before = [approach_samples(trace) for trace in traces]
@@ -180,7 +177,7 @@ def diagnose(
     fits, probability = [fits[i] for i in order], probability[order]
 
     progress("asking what these trials can tell apart")
-    detectability = tuple(identifiability.detectability(observations, recalibrated))
+    detectability = tuple(identifiability.detectability(observations, recalibrated, effects))
     leader = fits[0] if scored[0].explanation in ((), UNKNOWN) else corrected
     rivals = [f for f in _rivals(fits, leader) if told.stated(f.explanation) != first.explanation]
     pairs = identifiability.confusable(observations, leader, rivals) if leader.explanation else []
@@ -206,7 +203,7 @@ def diagnose(
         gap=gap,
         noise_floor_rms_n=floor,
         comparison=comparison,
-        contributions=contributions(observations, fits, corrected, held, scored, component, seed),
+        contributions=contributions(observations, fits, corrected, held, scored, component, effects, seed),
         form_error=form,
         shrinkage_force=claims.agreeing(shrinkage, gap["recalibrated"], gap["corrected"], floor)
         if is_stated
@@ -241,7 +238,7 @@ def diagnose(
 
 
 def _fit(
-    quality: Quality, observations: Observations, effects: Sequence[str], progress: Progress, interim: Interim
+    quality: Quality, observations: Observations, causes: Sequence[str], progress: Progress, interim: Interim
 ) -> tuple[Fit, list[Fit]]:
     """The recalibrated model, and the explanations that are fitted beside it."""
     interim.anew()
@@ -249,7 +246,7 @@ def _fit(
     recalibrated = fit_nominal(observations)
     interim.gap(observations, measured_peaks(quality, observations), _unfitted(observations), recalibrated)
     interim.fitted([recalibrated])
-    return recalibrated, fit_all(observations, recalibrated, effects, progress, interim.fitted)
+    return recalibrated, fit_all(observations, recalibrated, causes, progress, interim.fitted)
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, told: Posterior) -> Fit:

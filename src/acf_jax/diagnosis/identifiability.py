@@ -106,11 +106,11 @@ class Detectability:
     absorbed: float  # share of the signature that the nominal parameters could imitate, 0 to 1
 
 
-def detectability(observations: Observations, nominal: Fit) -> list[Detectability]:
+def detectability(observations: Observations, nominal: Fit, effects: Sequence[str]) -> list[Detectability]:
     """For each effect, whether these trials could detect it and which effects they could not tell apart from it."""
     ground = Ground.of(observations, nominal)
-    found = in_parallel([partial(_shown, ground, name) for name in library()])
-    seen = {name: shown for name, shown in zip(library(), found, strict=True) if shown is not None}
+    found = in_parallel([partial(_shown, ground, name) for name in effects])
+    seen = {name: shown for name, shown in zip(effects, found, strict=True) if shown is not None}
     names, signals = list(seen), [signal for signal, _, _ in seen.values()]
     gram = ground.projector.gram(np.stack(signals))
     distance = np.sqrt(np.maximum(np.diag(gram), 0.0))

@@ -5,6 +5,7 @@ import numpy as np
 from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
 from acf_jax.dataset.low_pass import is_kept, settling_time
 from acf_jax.diagnosis.identifiability import Detectability, detectability
+from acf_jax.effects import library
 from acf_jax.inference.fit import RESOLVED, fit
 from acf_jax.inference.forward import SAMPLES, Grid, forward, step_for
 from acf_jax.inference.interpolation import at_times, first_loss
@@ -27,7 +28,7 @@ def plan(
     """
     observations = imagine(rig, measurement, conditions, sample_rate, noise_std)
     nominal = fit(observations, (), begin(rig.values), warm=True, iterations=0)
-    return detectability(observations, nominal)
+    return detectability(observations, nominal, list(library()))
 
 
 def imagine(

@@ -36,13 +36,13 @@ Progress = Callable[[str], None]
 def fit_all(
     observations: Observations,
     recalibrated: Fit,
-    effects: Sequence[str],
+    causes: Sequence[str],
     progress: Progress,
     told: Callable[[Sequence[Fit]], None] = lambda fits: None,
 ) -> list[Fit]:
     """Every single effect and free curve beside the recalibrated model, and the pairs that forward search finds.
 
-    `told` is given fits as soon as they are there.
+    `causes`: the names of both. `told` is given fits as soon as they are there.
     """
     progress("fitting every effect")
     ground = Ground.of(observations, recalibrated)
@@ -52,7 +52,7 @@ def fit_all(
         told(found)
         return found
 
-    wanted = [partial(glances, name) for (name,) in candidates.singles(effects)]
+    wanted = [partial(glances, name) for (name,) in candidates.singles(causes)]
     fits = _carried_on(observations, candidates.in_parallel(wanted), told)
     progress("searching for pairs")
 
@@ -65,7 +65,7 @@ def fit_all(
         more = _try_all(observations, alone)
     else:
         near = [f for f in alone[:LEADERS] if _left(observations, [f]) < FAR]
-        more = _grow(observations, near, effects)
+        more = _grow(observations, near, [name for name in causes if not is_free_curve((name,))])
     told(more)
     fits += more
     # a simulation that broke down at every start explains nothing

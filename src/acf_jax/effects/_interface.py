@@ -5,7 +5,7 @@ paper's model. With its strengths at zero an effect changes nothing at all, what
 """
 
 import dataclasses
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, get_args
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -16,6 +16,7 @@ from acf_jax.model import Impact, Rig
 Scalar = Float[Array, ""]
 States = tuple[Scalar, ...]
 Component = Literal["actuator", "contact", "robot", "sensor"]
+COMPONENTS: tuple[Component, ...] = get_args(Component)
 Measure = Literal[
     "force", "frequency", "compliance", "stroke", "compression"
 ]  # of trials and rig, `inference.parameters.Measures`

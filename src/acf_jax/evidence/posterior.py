@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import expit, softmax
 
+from acf_jax.effects import COMPONENTS
 from acf_jax.evidence.learnt import LEARNT, Learnt
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.inference.discrepancy import FORMS
@@ -67,7 +68,7 @@ class Posterior(NamedTuple):
 
         Several laws count each; an unknown cause where its free curve does, whatever laws stand beside that.
         """
-        total = dict.fromkeys(("actuator", "contact", "robot", "sensor"), 0.0)
+        total: dict[str, float] = dict.fromkeys(COMPONENTS, 0.0)
         for s in self.scored:
             if s.explanation == UNKNOWN:
                 for explanation, share in self.behind.get(UNKNOWN, {}).items():

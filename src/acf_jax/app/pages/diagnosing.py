@@ -68,7 +68,7 @@ def effects() -> dict[str, str]:
 
 
 def without_of(session: Session) -> list[str]:
-    """The causes that the last diagnosis was told cannot be."""
+    """The causes, and components, that the last diagnosis was told to leave out."""
     job = jobs.job(session.folder, "diagnose")
     if job is None:
         return diagnosed_by(session)[0]
@@ -78,6 +78,8 @@ def without_of(session: Session) -> list[str]:
 
 def _start(session: Session) -> Html:
     """The button, and the causes that cannot be on this rig."""
+    from acf_jax.effects import library
+
     off = set(without_of(session))
     boxes = [
         element(
@@ -88,11 +90,11 @@ def _start(session: Session) -> Html:
                 name="cause",
                 value=name,
                 id=f"cause-{name}",
-                checked=name not in off,
+                checked=off.isdisjoint((name, cls.component)),
             ),
-            element("label", f" {title}", for_=f"cause-{name}"),
+            element("label", f" {cls.title}", for_=f"cause-{name}"),
         )
-        for name, title in effects().items()
+        for name, cls in library().items()
     ]
     causes = element(
         "details",
