@@ -34,6 +34,17 @@ def test_a_strength_within_another_is_a_share_of_it() -> None:
     assert space.value(nothing)[opposing] == 0
 
 
+def test_a_strength_that_acts_per_shape_is_known_by_the_quotient() -> None:
+    """Along the shape alone nothing changes: of a mass on a sensor the period is told, and no more."""
+    space = coordinates(RIG, ("fixture_mass",), (0.1, 1e-4))
+    mass, stiffness = 4, 5
+    u = space.coordinate(begin(RIG.values, [0.02, 2e7, 1e-5]))
+    stiffer = u.copy()
+    stiffer[stiffness] += 0.3
+    (m, k), (m_stiffer, k_stiffer) = (space.value(x)[[mass, stiffness]] for x in (u, stiffer))
+    assert k_stiffer > 1.1 * k and m_stiffer / k_stiffer == pytest.approx(m / k)
+
+
 def test_some_starts_are_multiples_of_what_is_typical_of_rig_and_trials() -> None:
     usual, larger = starts("unknown_sensor"), starts("unknown_sensor", Measures(force=600.0))
     level = [p.name for p in every_effect()["unknown_sensor"].parameters()].index("level_n")

@@ -36,6 +36,7 @@ class Parameter(NamedTuple):
     of: Measure | None = None  # that its starts are multiples of
     looks: int = 0  # values over its range at which a fit looks before it begins: a frequency's misfit has many valleys
     within: str | None = None  # the strength that it cannot exceed: fits know its share of that
+    per: str | None = None  # the shape of which it is a multiple wherever it acts: fits know the quotient
 
 
 def strength(
@@ -48,9 +49,10 @@ def strength(
     of: Measure | None = None,
     looks: int = 0,
     within: str | None = None,
+    per: str | None = None,
 ) -> Any:
     """A parameter that is neutral at 0: the size of the effect."""
-    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks, within)
+    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks, within, per)
     return eqx.field(converter=jnp.asarray, default=0.0, metadata={"parameter": known})
 
 

@@ -19,7 +19,14 @@ class FixtureMass(AbstractEffect):
     longest_step = 5e-5  # all of the force rings: what lies between steps has to be told well
 
     mass_kg: Scalar = strength(
-        "kg", 0.0, 50.0, (2.0, 2.0), 2.0, "mass m_w between contact and sensor", looks=32
+        "kg",
+        0.0,
+        50.0,
+        (2.0, 2.0),
+        2.0,
+        "mass m_w between contact and sensor",
+        looks=32,
+        per="stiffness_n_per_m",
     )
     stiffness_n_per_m: Scalar = shape(
         "N/m", 1e6, 1e9, (3e7, 6e6), "stiffness k_w of the sensor and its mounting"

@@ -87,7 +87,8 @@ class Coordinates(NamedTuple):
     """Free parameters in units of their priors: u has a standard normal prior within its bounds.
 
     A strength is linear in u, a shape parameter exponential. Of a strength within another the share of that is linear:
-    what cannot exceed the other one has a kink there, along which no fit would find its way.
+    what cannot exceed the other one has a kink there, along which no fit would find its way. Of one that acts per
+    shape the quotient is: a curved valley, along which nothing changes, becomes a straight one.
     """
 
     centre: np.ndarray  # (p,) value at u = 0
@@ -95,26 +96,27 @@ class Coordinates(NamedTuple):
     logarithmic: np.ndarray  # (p,) bool
     low: np.ndarray  # (p,) bounds in u
     high: np.ndarray
-    within: np.ndarray  # (p,) int, of which parameter this one is a share: itself, where of no other
+    of: np.ndarray  # (p,) int, of which parameter this one is a share or multiple: itself, where of no other
+    unit: np.ndarray  # (p,) in units of what that one counts
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """The parameters in SI units."""
         alone = self._alone(u)
-        return np.where(self.is_part, alone * alone[..., self.within], alone)
+        return np.where(self.is_part, alone * alone[..., self.of] / self.unit, alone)
 
     def jacobian(self, u: np.ndarray) -> np.ndarray:
         """(p, p) d value / d u."""
         alone = self._alone(u)
         slope = np.where(self.logarithmic, alone * self.width, self.width)
-        whole = np.where(self.is_part, alone[self.within], 1.0)
+        whole = np.where(self.is_part, alone[self.of] / self.unit, 1.0)
         found = np.diag(slope * whole)
         for k in np.flatnonzero(self.is_part):
-            found[k, self.within[k]] = alone[k] * slope[self.within[k]]
+            found[k, self.of[k]] = alone[k] * slope[self.of[k]] / self.unit[k]
         return found
 
     def coordinate(self, value: np.ndarray) -> np.ndarray:
         """The inverse of `value`; of nothing all is a share."""
-        whole = value[self.within]
+        whole = value[self.of] / self.unit
         part = np.where(whole > 0, value, 1.0) / np.where(whole > 0, whole, 1.0)
         alone = np.where(self.is_part, part, value)
         ratio = np.where(self.logarithmic, alone, 1.0) / np.where(self.logarithmic, self.centre, 1.0)
@@ -122,11 +124,11 @@ class Coordinates(NamedTuple):
 
     @property
     def is_part(self) -> np.ndarray:
-        """(p,) bool, whether it is a share of another one."""
-        return np.not_equal(self.within, np.arange(len(self.within)))
+        """(p,) bool, whether it is a share or multiple of another one."""
+        return np.not_equal(self.of, np.arange(len(self.of)))
 
     def _alone(self, u: np.ndarray) -> np.ndarray:
-        """The parameters, or of what others they are which share."""
+        """The parameters, or of what others they are which share or multiple."""
         z = self.width * u
         linear = self.centre + z
         linear = np.where(np.abs(linear) < ROUNDING * np.abs(self.centre), 0.0, linear)  # at a bound of zero
@@ -149,10 +151,13 @@ def coordinates(
         for i in range(len(RIG))
     ]
     known = parameters(explanation)
-    within = np.arange(len(known) + len(common_std))
+    of = np.arange(len(known) + len(common_std))
+    unit = np.ones(len(of))
     for k, (name, p) in enumerate(known[len(RIG) :], len(RIG)):
+        if other := p.within or p.per:
+            of[k] = [known_name for known_name, _ in known].index(f"{name.split('.')[0]}.{other}")
+            unit[k] = known[of[k]][1].scale if p.per else 1.0
         if p.within:
-            within[k] = [other for other, _ in known].index(f"{name.split('.')[0]}.{p.within}")
             rows.append((1.0, PART, False, -1 / PART, 0.0))
         elif p.shape:
             width = np.log(p.high / p.low) / 4
@@ -164,7 +169,7 @@ def coordinates(
             rows.append((0.0, width, False, p.low / width, p.high / width))
     rows += [(0.0, std, False, -6.0, 6.0) for std in common_std]
     centre, width, logarithmic, low, high = (np.array(column) for column in zip(*rows, strict=True))
-    return Coordinates(centre, width, logarithmic, low, high, within)
+    return Coordinates(centre, width, logarithmic, low, high, of, unit)
 
 
 def begin(rig: np.ndarray, *of_effects: Sequence[float] | np.ndarray) -> np.ndarray:
