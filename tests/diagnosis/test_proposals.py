@@ -32,3 +32,38 @@ def test_a_law_is_dropped_within_the_program_that_has_it(
     ((explanation, theta, how),) = seen
     assert explanation == ("gravity",) and how["program"] == (program or both)
     assert theta.tolist() == [1.0, 2.0, 3.0, 4.0, 9.0, 0.5, 0.6]
+
+
+def test_what_is_put_in_place_of_different_laws_is_compared_at_optima(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where a law was just taken out, the rest is far from its optimum, by some law's far more than by another's."""
+    far = {
+        "end_stop": 900.0,
+        "gravity": 50.0,
+    }  # objective of the rest without a law, before it is fitted again
+
+    def without(o: Any, leader: Any, name: str, iterations: int) -> Any:
+        (rest,) = (e for e in leader.explanation if e != name)
+        return SimpleNamespace(explanation=(rest,), objective=40.0 if iterations else far[name])
+
+    def couples(rest: Any, effects: Any) -> list[proposals.Couple]:
+        gains = {"gravity": {"sensor_lag": 30.0, "sensor_scale": 60.0}, "end_stop": {"pad_mass": 5.0}}
+        (kept,) = rest.explanation
+        return [
+            proposals.Couple(rest, name, [], gain, rest.objective - gain / 2)
+            for name, gain in gains[kept].items()
+        ]
+
+    asked: list[Any] = []
+    monkeypatch.setattr(proposals, "without", without)
+    monkeypatch.setattr(proposals, "couples", couples)
+    monkeypatch.setattr(proposals, "PROMISING", 2)
+    monkeypatch.setattr(proposals, "fit_couples", lambda o, wanted, *rest, **how: asked.extend(wanted) or [])
+    leader = SimpleNamespace(explanation=("end_stop", "gravity"))
+    ground: Any = SimpleNamespace(observations=None, fitted=leader, beside=lambda rest: rest)
+    proposals.swap(ground, [], [])
+    assert [couple.explanation for couple in asked] == [
+        ("gravity", "sensor_scale"),
+        ("gravity", "sensor_lag"),
+    ]

@@ -69,11 +69,14 @@ def drop(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -
 
 
 def swap(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
-    """The fit with another law in place of one of its own: those that promise most."""
+    """The fit with another law in place of one of its own: those that promise most.
+
+    What is left without that law is fitted again: only so are promises in place of different laws comparable.
+    """
     o, leader = ground.observations, ground.fitted
     if len(leader.explanation) == 1:
         return []  # every law is fitted alone
-    rests = in_parallel([partial(without, o, leader, name, 0) for name in leader.explanation])
+    rests = in_parallel([partial(without, o, leader, name, NEAR) for name in leader.explanation])
     found = [c for rest in rests for c in couples(ground.beside(rest), effects)]
     return fit_couples(o, _promising(found, known, np.inf), NEAR, near=True)
 
