@@ -82,7 +82,7 @@ def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
 
     def propose(ground: Ground, effects: object, known: set[Explanation]) -> list[Fit]:
         waves = ground.observations.discrepancy
-        sizes.append(float(np.abs(waves.shared).max()) if waves else 0.0)
+        sizes.append(float(np.abs(waves.own).max()) if waves else 0.0)
         if len(sizes) > 1:
             assert LAWS in known  # found beside the widest
             return []

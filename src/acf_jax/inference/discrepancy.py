@@ -17,8 +17,9 @@ import numpy as np
 from acf_jax.inference.observations import Discrepancy, Observations
 from acf_jax.inference.whitening import Rough
 
-SIZES = (0.003, 0.01, 0.03, 0.1, 0.3)  # shares of the force: a quadrature over what rigs have
+SIZES = (0.001, 0.005, 0.03, 0.1, 0.3)  # shares of the force: a quadrature over what rigs have
 FORMS = 0.03  # of these the largest that inexact forms and small effects add: beyond it a cause is missing
+SMALL = 0.01  # share of the force that small effects add, unless forms are wrong by more: each is below that
 FASTEST = (
     2.0  # times the frequency of the mass on the contact: faster ones are rings, but for the first moments
 )
@@ -51,7 +52,7 @@ def discrepancy(observations: Observations, size: float, small: np.ndarray | Non
         rough = Rough(size * whole[:, None] * o.along, 1 / (2 * np.pi * FASTEST * o.measures.frequency))
     shared = np.sqrt(SHARED) * waves
     if small is not None:
-        shared = np.concatenate([shared, min(size, FORMS) * small], axis=1)
+        shared = np.concatenate([shared, min(max(size, SMALL), FORMS) * small], axis=1)
     return Discrepancy(own * waves, shared, rough)
 
 
