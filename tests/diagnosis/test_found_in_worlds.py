@@ -39,7 +39,7 @@ def test_a_wrong_pretension_is_told_from_a_wrong_gain(tmp_path: Path, seed: int)
     share, offset, _ = found.physical[4:]
     commanded = np.array([60.0, 100.0])
     right = truth.share * commanded + truth.offset
-    assert share * commanded + offset == pytest.approx(right, abs=0.4)
+    assert share * commanded + offset == pytest.approx(right, abs=0.5)
     assert found.objective < gain.objective - 5
 
 

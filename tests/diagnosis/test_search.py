@@ -10,7 +10,7 @@ import pytest
 
 from acf_jax.diagnosis import candidates, proposals, search
 from acf_jax.diagnosis.proposals import Couple
-from acf_jax.diagnosis.search import fit_all
+from acf_jax.diagnosis.search import fit_alone, fit_together
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.parameters import Explanation
 
@@ -54,7 +54,9 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
         monkeypatch.setattr(candidates, "fit_further", lambda _, fitted: fitted)
         monkeypatch.setattr(candidates, "go_on", lambda _, glance: ended.append(glance.explanation) or glance)
         observations: Any = SimpleNamespace(n_used=SAMPLES)
-        fits = fit_all(observations, _fit((), 1200.0), [*EFFECTS, *free_curves()], lambda _: None)
+        recalibrated = _fit((), 1200.0)
+        alone = fit_alone(observations, recalibrated, [*EFFECTS, *free_curves()])
+        fits = fit_together(observations, recalibrated, alone)
         return [f.explanation for f in fits]
 
     ended: list[Explanation] = []

@@ -7,7 +7,7 @@ import pytest
 
 from acf_jax.dataset import Noise, Trace
 from acf_jax.diagnosis.candidates import fit_nominal
-from acf_jax.diagnosis.search import recoloured
+from acf_jax.diagnosis.search import settled
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.noise_colour import colour
 from acf_jax.inference.observations import Observations
@@ -71,7 +71,7 @@ def test_a_known_colour_stays_as_it_is() -> None:
 @pytest.mark.long
 def test_all_fits_are_made_again_with_the_new_noise(coloured: Coloured) -> None:
     observations, approaches, fitted = coloured
-    after, (again,) = recoloured(observations, [fitted], approaches)
+    after, (again,) = settled(observations, [fitted], approaches)
     assert not after.noise.is_white
     assert 2 * again.objective / observations.n_used == pytest.approx(1.0, abs=0.15)
     assert again.objective == pytest.approx(fit_nominal(after).objective, rel=1e-3)
@@ -80,12 +80,12 @@ def test_all_fits_are_made_again_with_the_new_noise(coloured: Coloured) -> None:
 def test_what_no_explanation_fits_says_nothing_of_noise(coloured: Coloured) -> None:
     observations, approaches, _ = coloured
     wrong = [fit(observations, (), begin(1.3 * RIG.values), warm=True, iterations=0)]
-    after, fits = recoloured(observations, wrong, approaches)
+    after, fits = settled(observations, wrong, approaches)
     assert after is observations and fits == wrong
 
 
 def test_samples_before_contact_say_nothing_of_what_repeats_differ_by(coloured: Coloured) -> None:
     observations, approaches, fitted = coloured
     from_repeats = replace(observations, noise=replace(observations.noise, std=10 * NOISE, source="repeats"))
-    after, fits = recoloured(from_repeats, [fitted], approaches)
+    after, fits = settled(from_repeats, [fitted], approaches)
     assert after is from_repeats and fits == [fitted]

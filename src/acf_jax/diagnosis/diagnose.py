@@ -24,7 +24,7 @@ from acf_jax.diagnosis.heldout import (
 )
 from acf_jax.diagnosis.interim import Interim, Watch
 from acf_jax.diagnosis.outliers import outliers
-from acf_jax.diagnosis.search import Progress, fit_all, recoloured
+from acf_jax.diagnosis.search import Progress, fit_alone, fit_together, settled
 from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, held_out_shrinkage, peak_shrinkage
 from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.verdict import judge
@@ -113,27 +113,26 @@ def diagnose(
     quality = assess_low_passed(dataset, low_pass) if low_pass else assess_dataset(dataset)
     dataset = quality.dataset if low_pass else dataset
     observed = observe(quality)
-    observations = with_scatter(observed)
     excluded = dict(quality.excluded)
     for name in names:
-        if name not in observations.names:
+        if name not in observed.names:
             excluded.setdefault(name, NOT_COMPARED)
     interim = Interim(watch)
     interim.trust(quality, excluded)
-    recalibrated, fits = _fit(quality, observations, [*effects, *curves], progress, interim)
+    observations, recalibrated, fits = _fit(quality, observed, [*effects, *curves], progress, interim)
     left_out = outliers(observations, [recalibrated, *fits])
     if left_out:
         excluded |= left_out
         kept = np.array([name not in left_out for name in observations.names])
-        observations = with_scatter(observed.subset(kept))
         interim.trust(quality, excluded)
-        recalibrated, fits = _fit(quality, observations, [*effects, *curves], progress, interim)
+        observed = observed.subset(kept)
+        observations, recalibrated, fits = _fit(quality, observed, [*effects, *curves], progress, interim)
     progress("asking what the noise is like")
     traces = [t.trace for t in quality.dataset.trials if t.trace and t.name in observations.names]
     before = [approach_samples(trace) for trace in traces]
     if band := observations.low_pass:
         before = [thinned(approach_behind(trace, band), band) for trace in traces]
-    observations, fits = recoloured(observations, [recalibrated, *fits], before)
+    observations, fits = settled(observations, [recalibrated, *fits], before)
     progress("weighing explanations")
     interim.anew()
     fits, evidence = explain(observations, fits, effects, interim.weighed)
@@ -238,15 +237,37 @@ def diagnose(
 
 
 def _fit(
-    quality: Quality, observations: Observations, causes: Sequence[str], progress: Progress, interim: Interim
+    quality: Quality, observed: Observations, causes: Sequence[str], progress: Progress, interim: Interim
+) -> tuple[Observations, Fit, list[Fit]]:
+    """The observations with what repeats show of scatter, the recalibrated model, and what is fitted beside it.
+
+    What rings, and what repeats differ by besides, is told beside the best single cause: then all are fitted again.
+    """
+    observations = with_scatter(observed)
+    recalibrated, fits = _alone(quality, observations, causes, progress, interim)
+    found = with_scatter(observed, min(fits, key=lambda f: f.objective))
+    if found.rings or found.noise != observations.noise:
+        observations = found
+        recalibrated, fits = _alone(quality, observations, causes, progress, interim)
+    progress("searching for pairs")
+    return observations, recalibrated, fit_together(observations, recalibrated, fits, interim.fitted)
+
+
+def _alone(
+    quality: Quality,
+    observations: Observations,
+    causes: Sequence[str],
+    progress: Progress,
+    interim: Interim,
 ) -> tuple[Fit, list[Fit]]:
-    """The recalibrated model, and the explanations that are fitted beside it."""
+    """The recalibrated model, and every cause alone beside it."""
     interim.anew()
     progress("recalibrating the paper's model")
     recalibrated = fit_nominal(observations)
     interim.gap(observations, measured_peaks(quality, observations), _unfitted(observations), recalibrated)
     interim.fitted([recalibrated])
-    return recalibrated, fit_all(observations, recalibrated, causes, progress, interim.fitted)
+    progress("fitting every effect")
+    return recalibrated, fit_alone(observations, recalibrated, causes, interim.fitted)
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, told: Posterior) -> Fit:

@@ -33,18 +33,16 @@ WORTH_ONE_MORE = 6.0  # chi-square that one more effect has to promise before it
 Progress = Callable[[str], None]
 
 
-def fit_all(
+def fit_alone(
     observations: Observations,
     recalibrated: Fit,
     causes: Sequence[str],
-    progress: Progress,
     told: Callable[[Sequence[Fit]], None] = lambda fits: None,
 ) -> list[Fit]:
-    """Every single effect and free curve beside the recalibrated model, and the pairs that forward search finds.
+    """Every effect and free curve alone beside the recalibrated model.
 
     `causes`: the names of both. `told` is given fits as soon as they are there.
     """
-    progress("fitting every effect")
     ground = Ground.of(observations, recalibrated)
 
     def glances(name: str) -> list[Fit]:
@@ -53,46 +51,53 @@ def fit_all(
         return found
 
     wanted = [partial(glances, name) for (name,) in candidates.singles(causes)]
-    fits = _carried_on(observations, candidates.in_parallel(wanted), told)
-    progress("searching for pairs")
+    return _carried_on(observations, candidates.in_parallel(wanted), told)
 
+
+def fit_together(
+    observations: Observations,
+    recalibrated: Fit,
+    fits: Sequence[Fit],
+    told: Callable[[Sequence[Fit]], None] = lambda fits: None,
+) -> list[Fit]:
+    """The fits of `fit_alone`, and the pairs that forward search finds from them."""
     alone = best_first(f for f in fits if not is_free_curve(f.explanation))
     better = 2 * (alone[0].objective - min(f.objective for f in fits))  # of a free curve than of any effect
     hidden = float((alone[0].u[: len(RIG)] ** 2).sum()) > STRAINED
     if _left(observations, alone) > UNEXPLAINED or better > LEFT_BEHIND or hidden:
+        ground = Ground.of(observations, recalibrated)
         of_curves = [partial(candidates.fit_further, ground, f) for f in fits if is_free_curve(f.explanation)]
         fits = [*(f for f in fits if not is_free_curve(f.explanation)), *candidates.in_parallel(of_curves)]
         more = _try_all(observations, alone)
     else:
         near = [f for f in alone[:LEADERS] if _left(observations, [f]) < FAR]
-        more = _grow(observations, near, [name for name in causes if not is_free_curve((name,))])
+        more = _grow(observations, near, [f.explanation[0] for f in alone])
     told(more)
-    fits += more
     # a simulation that broke down at every start explains nothing
-    return [f for f in fits if np.isfinite(f.objective)]
+    return [f for f in (*fits, *more) if np.isfinite(f.objective)]
 
 
-def recoloured(
+def settled(
     observations: Observations, fits: Sequence[Fit], approaches: Sequence[Trace]
 ) -> tuple[Observations, list[Fit]]:
-    """The observations with the noise of `colour`, and all fits as they are with it.
+    """The observations as the best fit of all shows noise and rings, and all fits as they are with these.
 
-    Where even the best fit leaves more than noise, all stays as it is; so it does where the noise is what repeats
-    differ by, of which the samples before contact say nothing.
+    The colour of the noise is told where the best fit leaves nothing else; not so where the noise is what repeats
+    differ by, of which the samples before contact say nothing. Rings that the best fit has no need of are none.
     """
     best = min(fits, key=lambda f: f.objective)
     known = observations.noise
+    if observations.peak_only.all() or known.source == "repeats":
+        return observations, list(fits)
     left_more = 2 * best.objective > noise_level(observations.n_used, known.doubt)
-    if observations.peak_only.all() or known.source == "repeats" or left_more:
+    if left_more and not observations.rings:
         return observations, list(fits)
-    noise = colour(observations, best, approaches)
-    observations = replace(observations, noise=noise)
-    if (noise.share, noise.correlation_time) == (known.share, known.correlation_time):
-        return observations, list(fits)
-    observations = with_scatter(observations)
-    return observations, candidates.in_parallel(
-        [partial(candidates.go_on, observations, f, warm=True) for f in fits]
-    )
+    noise = known if left_more else colour(observations, best, approaches)
+    found = with_scatter(replace(observations, noise=noise), best)
+    is_same = (noise.share, noise.correlation_time) == (known.share, known.correlation_time)
+    if is_same and len(found.rings) >= len(observations.rings):
+        return replace(observations, noise=noise), list(fits)
+    return found, candidates.in_parallel([partial(candidates.go_on, found, f, warm=True) for f in fits])
 
 
 def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[str]) -> list[Fit]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.repeats import repeats
+from acf_jax.inference.repeats import alike
 
 THIRD = 2 ** (1 / 3)  # of an octave
 
@@ -46,5 +46,5 @@ def spectrum(observations: Observations, residual: dict[str, np.ndarray]) -> Spe
         return np.asarray(np.sqrt(power / samples))
 
     gap = {name: of(values[i, o.traced[i]] for i in traces) for name, values in residual.items()}
-    differences = [row for r in repeats(o) for row in r.contrasts]
+    differences = [row for one in alike(o) for row in one.contrasts]
     return Spectrum(edges, gap, of(differences) if differences else None)

@@ -6,8 +6,9 @@ from itertools import product
 import numpy as np
 from scipy.optimize import minimize
 
-from acf_jax.inference.observations import Observations
-from acf_jax.inference.repeats import Repeats, repeats
+from acf_jax.inference.fit import Fit
+from acf_jax.inference.observations import TRIGGER, Observations
+from acf_jax.inference.repeats import Repeats, alike
 from acf_jax.inference.ring import Ring
 
 MOST = 3  # of rings: each costs two nuisances a trial
@@ -20,14 +21,16 @@ REFINED = (0.1, 1.5, 1.5)  # logarithm by which frequency, decay and size may di
 ODDS = 20.0  # of a ring to none from which on it counts
 
 
-def find_rings(observations: Observations) -> tuple[Ring, ...]:
+def find_rings(observations: Observations, fitted: Fit | None = None) -> tuple[Ring, ...]:
     """Rings whose size and phase differ between repeats, the clearest first; none where there are no repeats.
 
     The differences between repeats hold noise, and what the scatter of velocity, pretension and trigger makes of the
-    mean trace. A ring is found where one more makes them so much more probable that the number of shapes that were
-    tried does not explain it. The condition that gains most does not count: what it alone shows is a fault.
+    trace. With `fitted`, the best explanation, this is taken off as that tells it: by the mean trace alone a mass that
+    rings faster than the samples tell, in step with the trigger, looks like a ring of its own. A ring is found where
+    one more makes the differences so much more probable that the number of shapes that were tried does not explain it.
+    The condition that gains most does not count: what it alone shows is a fault.
     """
-    of_conditions = repeats(observations)
+    of_conditions = [one.beside(observations.noise) for one in alike(observations, fitted)]
     if len(of_conditions) < 2:
         return ()
     worth = np.log(ODDS * FREQUENCIES * len(DECAYS) * len(POWERS))
@@ -45,7 +48,7 @@ def _best(
 ) -> tuple[Ring, float]:
     """The ring that gains most beside those found, and the log likelihood that it gains in all conditions but one."""
     typical = float(np.median([r.largest for r in of_conditions]))
-    spreads = [np.concatenate([r.changes, r.seen(found)]) for r in of_conditions]
+    spreads = [r.spread(TRIGGER, found) for r in of_conditions]
     before = [r.log_likelihood(s) for r, s in zip(of_conditions, spreads, strict=True)]
     shapes = list(_shapes(observations, typical))
 

@@ -1,11 +1,9 @@
 """How far triggers scatter about their common time, told by repeats of a condition alone: no model is needed."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from acf_jax.inference.observations import TRIGGER, Observations
-from acf_jax.inference.repeats import Repeats, repeats
+from acf_jax.inference.repeats import alike
 
 SIZES = np.geomspace(0.02, TRIGGER, 33)  # that are tried, in sampling intervals
 ALLOWED = 2.0  # log likelihood by which the size taken is worse than the best: twice its standard deviation
@@ -22,18 +20,8 @@ def trigger_scatter(observations: Observations) -> float:
     the largest one stands.
     """
     total = np.zeros(len(SIZES))
-    loose = replace(observations, trigger_std=TRIGGER)
-    for one in repeats(loose):
-        spreads = [spread_of(one, loose, size) for size in SIZES]
+    for one in (trials.beside(observations.noise) for trials in alike(observations)):
+        spreads = [one.spread(size, observations.rings) for size in SIZES]
         if one.left(spreads[-1]) < UNLIKE:  # the largest explains most
             total += [one.log_likelihood(spread) for spread in spreads]
     return float(SIZES[total >= total.max() - ALLOWED].max())
-
-
-def spread_of(one: Repeats, observations: Observations, size: float) -> np.ndarray:
-    """(k, n) what scatter of velocity, pretension, a trigger of this size and rings make of a condition's mean trace.
-
-    **Arguments:** `one`: repeats of `observations`. `size`: of the trigger, in sampling intervals.
-    """
-    scaled = one.changes * np.array([1.0, 1.0, size / observations.trigger_std])[:, None]
-    return np.concatenate([scaled, one.seen(observations.rings)])
