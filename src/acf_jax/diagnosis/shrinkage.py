@@ -19,6 +19,7 @@ DRAWS = 200  # of the parameters
 WORLDS = 20_000  # draws of what may be true: the ends of an interval are known to a hundredth of its width
 FORM = 0.01  # share of the gap's mean square that laws leave which are right, but not exact
 ENDS = (0.025, 0.975)
+MOST = 500.0  # logarithm of a ratio: of two conditions it may be any, and its square is still a number
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,8 @@ def _as_elsewhere(bootstrapped: np.ndarray, conditions: int, random: np.random.G
     factor = np.log(np.maximum(bootstrapped, np.finfo(float).tiny))
     two = random.choice(factor, (2, WORLDS)).sum(0)
     freedom = max(conditions - 1, 1)
-    return np.asarray(np.exp(two * np.sqrt(conditions / random.chisquare(freedom, WORLDS))))
+    log_ratio = two * np.sqrt(conditions / random.chisquare(freedom, WORLDS))
+    return np.asarray(np.exp(np.minimum(log_ratio, MOST)))
 
 
 def forms_elsewhere(count: int, random: np.random.Generator) -> np.ndarray:
