@@ -100,6 +100,14 @@ def test_a_mass_that_rings_with_the_trigger_is_no_ring_of_its_own() -> None:
     assert fitted.objective < 0.6 * o.n_used and find_rings(o, fitted) == ()
 
 
+def test_a_ring_that_a_fit_has_as_nuisance_is_found_again() -> None:
+    o = ringing()
+    beside = with_scatter(o, fit_nominal(o))
+    again = find_rings(beside, fit_nominal(beside))
+    assert [r.frequency for r in again] == pytest.approx([r.frequency for r in beside.rings], rel=0.03)
+    assert len(again) >= 1
+
+
 def test_a_ring_is_a_nuisance_of_each_trace_and_of_no_peak() -> None:
     o = ringing()
     o = with_scatter(o, fit_nominal(o))
