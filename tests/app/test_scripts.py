@@ -14,7 +14,7 @@ import pytest
 from served import RIG, Served, wait
 
 from acf_jax.app.pages import planning
-from acf_jax.app.pages.diagnosing import effects
+from acf_jax.effects import library
 
 MODEL = Path(__file__).parents[2] / "examples/rig_model.json"
 QUESTIONS = {
@@ -127,7 +127,7 @@ def test_a_script_leaves_nothing_out(whole: tuple[Path, dict[str, str]]) -> None
         line.split()[3] for line in answers["sh"].splitlines() if line.startswith("python -m acf_jax")
     ]
     assert commands == ["import", "plan", "diagnose", "speed", "design", "check"]
-    assert answers["sh"].count("--without") == len(effects()) - 2
+    assert answers["sh"].count("--without") == len(library()) - 2
     assert "review='cuts.yaml'" in answers["py"]
 
 

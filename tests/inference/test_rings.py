@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis.candidates import fit_nominal
-from acf_jax.inference.fit import fit
+from acf_jax.inference import rings
+from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.forward import Grid, forward
 from acf_jax.inference.interpolation import at_times
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import begin
+from acf_jax.inference.repeats import alike
 from acf_jax.inference.ring import Ring
-from acf_jax.inference.rings import find_rings
 from acf_jax.inference.scatter import with_scatter
 from acf_jax.inference.trigger import trigger_scatter
 from tests.repeated import INTERVAL, RIG, repeated
@@ -25,6 +26,11 @@ def ringing(ring: Ring = TRUE, seed: int = 0, **design: int) -> Observations:
     o = repeated(0.0, **design)
     parts = np.random.default_rng(seed).standard_normal((len(o.names), 2))
     return replace(o, force=o.force + np.einsum("ik,ikn->in", parts, ring.columns(o.time, o.force.max(1))))
+
+
+def find_rings(o: Observations, fitted: Fit | None = None) -> tuple[Ring, ...]:
+    """By the repeats alone, or as a fit leaves them."""
+    return rings.find_rings(o, alike(o, fitted))
 
 
 def test_a_ring_is_found() -> None:

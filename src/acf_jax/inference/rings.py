@@ -6,9 +6,8 @@ from itertools import product
 import numpy as np
 from scipy.optimize import minimize
 
-from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import TRIGGER, Observations
-from acf_jax.inference.repeats import Repeats, alike
+from acf_jax.inference.repeats import Alike, Repeats
 from acf_jax.inference.ring import Ring
 
 MOST = 3  # of rings: each costs two nuisances a trial
@@ -21,16 +20,17 @@ REFINED = (0.1, 1.5, 1.5)  # logarithm by which frequency, decay and size may di
 ODDS = 20.0  # of a ring to none from which on it counts
 
 
-def find_rings(observations: Observations, fitted: Fit | None = None) -> tuple[Ring, ...]:
+def find_rings(observations: Observations, trials: Sequence[Alike]) -> tuple[Ring, ...]:
     """Rings whose size and phase differ between repeats, the clearest first; none where there are no repeats.
 
+    **Arguments:** `trials`: repeats, best as a fit leaves them (`alike`). By the mean trace alone a mass that rings
+    faster than the samples tell, in step with the trigger, looks like a ring of its own.
+
     The differences between repeats hold noise, and what the scatter of velocity, pretension and trigger makes of the
-    trace. With `fitted`, the best explanation, this is taken off as that tells it: by the mean trace alone a mass that
-    rings faster than the samples tell, in step with the trigger, looks like a ring of its own. A ring is found where
-    one more makes the differences so much more probable that the number of shapes that were tried does not explain it.
-    The condition that gains most does not count: what it alone shows is a fault.
+    trace. A ring is found where one more makes them so much more probable that the number of shapes that were tried
+    does not explain it. The condition that gains most does not count: what it alone shows is a fault.
     """
-    of_conditions = [one.beside(observations.noise) for one in alike(observations, fitted)]
+    of_conditions = [one.beside(observations.noise) for one in trials]
     if len(of_conditions) < 2:
         return ()
     worth = np.log(ODDS * FREQUENCIES * len(DECAYS) * len(POWERS))

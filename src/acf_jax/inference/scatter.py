@@ -27,9 +27,9 @@ def with_scatter(observations: Observations, fitted: Fit | None = None) -> Obser
     loose = replace(observations, trigger_std=TRIGGER, rings=())
     if fitted is None:
         return replace(loose, trigger_std=trigger_scatter(loose))
-    ringing = replace(loose, rings=find_rings(loose, fitted))
+    trials = alike(loose, fitted)
+    ringing = replace(loose, rings=find_rings(loose, trials))
     scattered = replace(ringing, trigger_std=trigger_scatter(ringing))
-    trials = alike(scattered, fitted)
     if (ratio := _pure_error(scattered, trials, scattered.noise)) < UNLIKE:
         return scattered
     noise = replace(_colour(scattered, trials), source="repeats")

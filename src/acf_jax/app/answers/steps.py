@@ -12,7 +12,7 @@ from starlette.responses import JSONResponse, Response, StreamingResponse
 
 from acf_jax.app import commands, jobs, signals
 from acf_jax.app.answers.requests import Form, one, session_of, to
-from acf_jax.app.pages import cutting, diagnosing, opening, planning, rig
+from acf_jax.app.pages import cutting, opening, planning, rig
 from acf_jax.app.sessions import CUTS, DATA, MAPPING, RIG, Session
 from acf_jax.errors import InputError
 from acf_jax.files import write_text
@@ -131,9 +131,11 @@ def start_plan(request: Request, fields: Form) -> Response:
 
 
 def start_diagnosis(request: Request, fields: Form) -> Response:
+    from acf_jax.effects import library
+
     session = session_of(request)
     may_be = set(fields.get("cause", []))
-    without = [name for name in diagnosing.effects() if name not in may_be]
+    without = [name for name in library() if name not in may_be]
     jobs.start(session.folder, "diagnose", commands.diagnose_command(without))
     return to(session, "diagnose")
 

@@ -60,13 +60,6 @@ def diagnosing(session: Session, faults: Sequence[str] = ()) -> Response:
     return page("Diagnose", *body, session=session, step="diagnose")
 
 
-def effects() -> dict[str, str]:
-    """Every cause of the library by its name, and what a person calls it."""
-    from acf_jax.effects import library
-
-    return {name: cls.title for name, cls in library().items()}
-
-
 def without_of(session: Session) -> list[str]:
     """The causes, and components, that the last diagnosis was told to leave out."""
     job = jobs.job(session.folder, "diagnose")
