@@ -7,7 +7,7 @@ from scipy.stats import norm
 from acf_jax.evidence.learnt import LEARNT, Learnt, read_calibration
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, log_posterior, minor, posterior
-from acf_jax.inference.discrepancy import SIZES
+from acf_jax.inference.discrepancy import FORMS, SIZES
 from acf_jax.inference.parameters import Explanation
 
 PLAIN = Learnt(temperature=2.0, effect=3.0, free_curve=7.0, hiding=4.0, elsewhere=0.3)
@@ -137,6 +137,23 @@ def test_an_explanation_is_stated_by_the_laws_that_matter() -> None:
         dict(apart.scored)[("gravity", "sensor_lag")], rel=1e-3
     )
     assert sum(found.behind[GRAVITY].values()) == pytest.approx(1.0)
+
+
+def test_a_small_law_that_data_need_where_forms_may_be_wrong_is_stated() -> None:
+    """A fixture of a hundredth of the force beside gravity, where all that fits has it."""
+    pair, changes = ("fixture_mass", "gravity"), (1.5, 20.0)
+
+    def stated(without_fixture: float) -> Explanation:
+        exact = [Marginal(GRAVITY, 0.0, 300.0, 0.0), Marginal(pair, 0.0, 0.0, 0.0, 0.0, changes)]
+        beside = [
+            Marginal(GRAVITY, FORMS, 150.0 + without_fixture, 0.0),
+            Marginal(pair, FORMS, 150.0, 0.0, 0.0, changes),
+            Marginal(("coulomb_friction", "fixture_mass"), FORMS, 160.0, 0.0, 0.0, changes[::-1]),
+        ]
+        return posterior([*exact, *beside], PLAIN).scored[0].explanation
+
+    assert stated(without_fixture=100.0) == pair
+    assert stated(without_fixture=8.0) == GRAVITY  # exact forms alone need it
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ surer than it is right. It is divided by a temperature, as in a power posterior 
 of Bayesian inference for misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
-large ones get wrong: they are background. So is a free curve beside laws that have 95 % of what it explains: it is
-their form, which is not exact, and no cause of its own.
+large ones get wrong: they are background, unless data need them where those forms may be wrong. So is a free curve
+beside laws that have 95 % of what it explains: it is their form, which is not exact, and no cause of its own.
 
 What no explanation has is often refitted into the rig. A rig far from what is known of it therefore speaks for an
 unknown cause, however well the explanation fits (prior-data conflict: Box, 'Sampling and Bayes' inference in scientific
@@ -112,7 +112,8 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals, learnt)
     p = _with_remainders(marginals, log_p)
-    told = {m.explanation: _as_stated(m) for m in marginals}
+    sure = certain(marginals, log_p)
+    told = {m.explanation: _as_stated(m, sure) for m in marginals}
     beside: dict[Explanation, dict[float, float]] = {}
     tiny = float(np.finfo(float).tiny)
     strain = _strain(marginals)
@@ -171,12 +172,24 @@ def forms(marginals: Sequence[Marginal]) -> dict[Explanation, set[Explanation]]:
     return found
 
 
-def _as_stated(m: Marginal) -> Explanation:
+def _as_stated(m: Marginal, sure: set[str]) -> Explanation:
     """How an explanation is stated: a free curve, alone or beside laws, as an unknown cause."""
     if is_free_curve(m.explanation):
         return UNKNOWN
-    small = minor(m)
+    small = minor(m) - sure
     return tuple(name for name in m.explanation if name not in small)
+
+
+def certain(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
+    """The laws that 95 % of the probability of laws needs beside forms that are as wrong as they may be."""
+    by_laws = [
+        k for k, m in enumerate(marginals) if m.discrepancy == FORMS and not is_free_curve(m.explanation)
+    ]
+    share: dict[str, float] = {}
+    for k, p in zip(by_laws, softmax(log_p[by_laws]).tolist() if by_laws else (), strict=True):
+        for name in marginals[k].explanation:
+            share[name] = share.get(name, 0.0) + p
+    return {name for name, p in share.items() if p >= CREDIBLE}
 
 
 def minor(m: Marginal) -> set[str]:
