@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from acf_jax.contact.body import WALL, Body
-from acf_jax.contact.model import draw_forces, forces, spread
+from acf_jax.contact.model import draw_forces, forces, root_of, spread
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.effects import library
 from acf_jax.predict import predict
@@ -147,3 +147,14 @@ def test_a_force_that_a_strong_damper_lets_rise_has_no_peak() -> None:
     z = np.array([[0.5, d, 0.0, 1e5, 0.2, 80.0] for d in (30.0, 2e4)])
     _, exists = forces(law, z, WALL)
     assert exists.tolist() == [True, False]
+
+
+def test_draws_keep_what_is_known_of_small_numbers_beside_large_ones() -> None:
+    """A stiffness and a time in SI units: of the covariance itself an eigenvalue decomposition keeps the stiffness."""
+    scale, correlation = (
+        np.array([5e7, 1e-7, 0.0]),
+        np.array([[1.0, 0.6, 0.0], [0.6, 1.0, 0.0], [0.0, 0.0, 0.0]]),
+    )
+    root = root_of(correlation * np.outer(scale, scale))
+    assert root.shape == (3, 2)
+    assert root[:2] @ root[:2].T / np.outer(scale[:2], scale[:2]) == pytest.approx(correlation[:2, :2])

@@ -11,12 +11,11 @@ from jaxtyping import Array, Bool, Float
 from scipy.stats import norm
 
 from acf_jax.contact.body import Body
-from acf_jax.contact.model import ContactModel, Variant, beside
+from acf_jax.contact.model import ContactModel, Variant, beside, root_of
 from acf_jax.contact.peak import AbstractPeak
 
 Scalar = Float[Array, ""]
 HALVINGS = 60
-LEAST_SHARE = 1e-12  # of the variance: a direction below it is rounding
 
 
 class Interval(NamedTuple):
@@ -110,13 +109,10 @@ def _displacements(model: ContactModel, v: Variant, reach: float) -> tuple[np.nd
 
     First not at all, then `reach` deviations up along each independent direction, then as many down.
     """
-    scale = np.sqrt(np.diag(v.covariance))
-    unit = np.where(scale > 0, scale, 1.0)
-    values, vectors = np.linalg.eigh(v.covariance / unit / unit[:, None])
-    root = (vectors * np.sqrt(np.maximum(values, 0.0))).T * scale
+    root = root_of(v.covariance).T
     relative = model.relative_of(v)
     shares = np.diag(relative)[relative > 0]
-    root = np.pad(root[values > LEAST_SHARE], ((0, len(shares)), (0, 2)))
+    root = np.pad(root, ((0, len(shares)), (0, 2)))
     shares = np.pad(shares, ((len(root) - len(shares), 0), (0, 0)))
     none = np.zeros((1, len(relative)))
     up, up_share = reach * root, reach * shares

@@ -15,6 +15,7 @@ from acf_jax.errors import TooLittleData
 from acf_jax.kept import compiled_quickly
 
 Scalar = Float[Array, ""]
+ROUNDING = 1e-12  # share of the variance: a direction below it is certain
 
 
 class Variant(eqx.Module):
@@ -208,12 +209,24 @@ def draw_forces(
         if not n:
             continue
         centre = np.asarray(z if v is model.main else beside(model.main, v, jnp.asarray(z)))
-        values, vectors = np.linalg.eigh(v.covariance)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        root = root_of(v.covariance)
         sample = np.tile(centre, (n, 1))
-        sample[:, :-2] += random.standard_normal((n, len(root))) @ root.T
+        sample[:, :-2] += random.standard_normal((n, root.shape[1])) @ root.T
         sample += random.standard_normal(sample.shape) * model.relative_of(v) * centre
         sample = np.maximum(sample, np.r_[v.low, 0.0, 0.0])
         found.append(original_forces(v.peak, sample, body))
     force, exists = map(np.concatenate, zip(*found, strict=True))
     return force * (1 + model.form_error * random.standard_normal(draws)), exists
+
+
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """(p, q) R with R R' the covariance (p, p), of the q directions that are not certain.
+
+    By way of correlations: a stiffness and a time in SI units differ by twenty powers of ten in their variances, of
+    which an eigenvalue of the covariance itself keeps the largest alone.
+    """
+    scale = np.sqrt(np.diag(covariance))
+    unit = np.where(scale > 0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / unit / unit[:, None])
+    uncertain = values > ROUNDING
+    return np.asarray(scale[:, None] * vectors[:, uncertain] * np.sqrt(values[uncertain]))

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from acf_jax.contact.body import WALL
 from acf_jax.contact.ended import Ended
-from acf_jax.contact.model import ContactModel, Spread, spread
+from acf_jax.contact.model import ContactModel, Spread, root_of, spread
 from acf_jax.designs.config import COORDINATE, Goal
 from acf_jax.kept import compiled_quickly
 
@@ -105,9 +105,8 @@ def _away(model: ContactModel, reach: float) -> _Away | None:
     """What everything uncertain about z may do to it, one at a time, either way; None where nothing has to."""
     if reach == 0:
         return None
-    values, vectors = np.linalg.eigh(model.main.covariance)
-    root = (vectors * np.sqrt(np.maximum(values, 0.0)))[:, values > 0].T
-    fixed, share = np.pad(root, ((0, 0), (0, 2))), np.diag(model.relative)[model.relative > 0]
+    fixed = np.pad(root_of(model.main.covariance).T, ((0, 0), (0, 2)))
+    share = np.diag(model.relative)[model.relative > 0]
     fixed, share = np.r_[fixed, 0 * share], np.r_[0 * fixed, share]
     return _Away(reach * np.r_[fixed, -fixed], reach * np.r_[share, -share])
 
