@@ -1,6 +1,6 @@
 """How good a model is on conditions that its fit did not see."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -8,9 +8,9 @@ import numpy as np
 from acf_jax.diagnosis.candidates import in_parallel
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.fit import Fit, fit
-from acf_jax.inference.forward import forward, reach_of
+from acf_jax.inference.forward import Forces, forward, reach_of
 from acf_jax.inference.interpolation import peak_of
-from acf_jax.inference.linear import linearise
+from acf_jax.inference.linear import linearise, residual_of
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, parameters
 
@@ -18,6 +18,7 @@ TIMING, LATEST = (
     2,
     3.0,
 )  # the nuisance that is the trigger time, and its farthest, in prior standard deviations
+LOOKS = (25, 9, 9)  # at trigger times: a quarter of a deviation apart, as rings need, then ever closer
 FORM_UNKNOWN = 1.0  # nothing is known of the peaks: they may be twice as high
 CHI_SQUARE_MEDIAN = 0.455  # of one degree of freedom
 DRAWS = 64  # of noise, for the expected largest reading
@@ -28,7 +29,9 @@ class HeldOut:
     """Predictions of every trial by a fit that did not see its condition, at the commanded velocity and pretension."""
 
     residual: np.ndarray  # (trials, n) N, measured minus predicted, zero where unused
-    floor: np.ndarray  # (trials, n) N^2, variance that no model can predict: noise and trial-to-trial spread
+    floor: (
+        np.ndarray
+    )  # (trials, n) N^2, variance that no model can predict: what repeats differ by, or noise and scatter
     peak: np.ndarray  # (trials,) N, largest reading as predicted, what noise adds to it included
     measured_peak: np.ndarray  # (trials,) N, nan where it is not known: the force is cut off
 
@@ -78,20 +81,12 @@ def _predict_unseen(
     physical = theta[: len(parameters(fitted.explanation))]
     reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)
-    nuisance = np.zeros((out.sum(), o.n_nuisances))
-    predict = partial(
-        linearise, left, fitted.explanation, fitted.coordinates, u, grid=fitted.grid, reach=reach
-    )
-    linear = predict(nuisance)
+    forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach, left.robot)
+    nuisance = _when_triggered(left, forces, theta[len(physical) :], fitted.grid.h)
+    linear = linearise(left, fitted.explanation, fitted.coordinates, u, nuisance, fitted.grid, reach)
     if not linear.is_sound:  # a free curve goes astray there: it predicts no force at all
         nothing = np.where(left.used, left.force, 0.0), np.where(left.used, o.noise.std**2, 0.0)
         return *nothing, np.zeros(len(left.names))
-    # when the recording was triggered is no model's business: each trial is shifted to where it fits best
-    timing = linear.by_motion[:, TIMING]
-    shift = (timing * linear.residual).sum(1) / ((timing**2).sum(1) + 1)
-    nuisance[:, TIMING] = np.clip(shift, -LATEST, LATEST)
-    linear = predict(nuisance)
-    forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach, left.robot)
     spread = np.concatenate([linear.spread, left.ringing * left.used[:, None]], axis=1)
     scatter = np.einsum(
         "ian,a->in", np.delete(spread, TIMING, 1) ** 2, np.delete(spread_of(scattered), TIMING)
@@ -104,6 +99,29 @@ def _predict_unseen(
     ]
     residual = np.where(left.used, left.force - linear.predicted, 0.0)
     return residual, np.where(left.used, o.noise.std**2 + scatter, 0.0), np.array(peak)
+
+
+def _when_triggered(left: Observations, forces: Forces, common: np.ndarray, h: float) -> np.ndarray:
+    """The nuisances (trials, k), zero but for the trigger time of each trial, where its force fits best.
+
+    When a recording was triggered is no model's business. A force that begins with a jump fits well at several times:
+    all are looked at, then those about the best ones more closely.
+    """
+    nuisance = np.zeros((len(left.names), left.n_nuisances))
+
+    def chi_square(times: np.ndarray) -> np.ndarray:
+        nuisance[:, TIMING] = times
+        return np.nan_to_num(
+            (residual_of(left, forces, common, nuisance, h) ** 2).sum(1) + times**2, nan=np.inf
+        )
+
+    best, width = np.zeros(len(left.names)), LATEST
+    for looks in LOOKS:
+        tried = np.clip(best + width * np.linspace(-1, 1, looks)[:, None], -LATEST, LATEST)
+        best = tried[np.argmin([chi_square(times) for times in tried], axis=0), np.arange(len(best))]
+        width *= 2 / (looks - 1)
+    nuisance[:, TIMING] = best
+    return nuisance
 
 
 def largest_reading(force: np.ndarray, noise_std: float, ringing: np.ndarray) -> float:
@@ -171,8 +189,30 @@ class CrossValidation:
 
     def of(self, fitted: Fit) -> HeldOut:
         """The predictions of a fit; of a single condition by the fit to it."""
-        if fitted.explanation not in self.known:
-            self.known[fitted.explanation] = hold_out(
-                self.observations, fitted, self.measured_peak, self.scattered
+        name, scattered = fitted.explanation, self.scattered
+        if name not in self.known:
+            held = hold_out(self.observations, fitted, self.measured_peak, scattered)
+            floor = (
+                pure_error(self.observations, held)
+                if name == scattered.explanation
+                else self.of(scattered).floor
             )
-        return self.known[fitted.explanation]
+            self.known[name] = replace(held, floor=floor)
+        return self.known[name]
+
+
+def pure_error(observations: Observations, held: HeldOut) -> np.ndarray:
+    """The floor (trials, n), N^2, of conditions that were repeated: the variance of what a model leaves of the repeats.
+
+    The mean square of what it leaves is then beyond the floor by the mean product of two different repeats, whatever
+    noise, scatter and rings they have (pure error: Box, Hunter and Hunter, 'Statistics for Experimenters', 2005).
+    """
+    o, floor = observations, held.floor.copy()
+    for condition in np.unique(o.condition):
+        there = o.condition == condition
+        used = o.traced[there]
+        count = used.sum(0)
+        mean = np.where(used, held.residual[there], 0.0).sum(0) / np.maximum(count, 1)
+        variance = (np.where(used, held.residual[there] - mean, 0.0) ** 2).sum(0) / np.maximum(count - 1, 1)
+        floor[there] = np.where(used & (count > 1), variance, floor[there])
+    return floor

@@ -12,7 +12,6 @@ from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import forward
 from acf_jax.inference.interpolation import phase_end
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import component_of
 
 RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
@@ -59,12 +58,11 @@ def force_shrinkage(
 
     **Arguments:** `fits`, `held`: of the recalibrated and of the corrected model.
 
-    Worlds are drawn: parameters from their covariance, an error of form, a discrepancy. Where the laws are right
-    the form is off by about `FORM` of the gap's mean square; where they are wrong, by anything from that to all of it.
-    The conditions held out weigh these worlds: the mean square error there is known as well as a bootstrap over
-    conditions says. Other conditions differ from those that were tried as these differ from one another, and by what
-    laws leave that are not exact. Of a cause whose law is not known a new condition may show what none of n did: each
-    of n + 1 is as likely to be the odd one (Laplace's rule of succession); then the whole gap is back.
+    Worlds are drawn: parameters from their covariance, an error of form, a discrepancy, and how much of the delay that
+    all triggers share is none of theirs. Where the laws are right the form is off by about `FORM` of the gap's mean
+    square; where they are wrong, by anything from that to all of it. The conditions held out weigh these worlds: the
+    mean square error there is known as well as a bootstrap over conditions says. Other conditions differ from those
+    that were tried as these differ from one another, and by what laws leave that are not exact.
 
     **Returns:** median and interval; None where the held-out conditions show no gap at all.
     """
@@ -91,14 +89,12 @@ def force_shrinkage(
     log_weight = -0.5 * ((left / samples - squared) / unsure) ** 2
     weight = np.exp(log_weight - log_weight.max())
     kept = random.choice(WORLDS, WORLDS, p=weight / weight.sum())
-    # each trial held out was shifted to where it fits best: it says nothing of a delay common to all
+    # each trial held out was shifted to where it fits best: it says nothing of a delay that is the rig's
     ratio = ((squared + late) / of_gap)[kept]
     before = (np.maximum(left, 0.0) / samples + noise) / (gap / samples + noise)
     there = np.maximum(left_there, 0.0) / samples_there + noise
     elsewhere = there / (np.maximum(gap_there, 0.0) / samples_there + noise) / before
     ratio *= _as_elsewhere(elsewhere, len(sums), random) * forms_elsewhere(WORLDS, random)
-    is_new = ~is_right[kept] & (random.random(WORLDS) < 1 / (len(sums) + 1))
-    ratio = np.where(is_new, np.maximum(ratio, 1.0), ratio)
     low, median, high = np.quantile(np.sqrt(ratio), (ENDS[0], 0.5, ENDS[1])).tolist()
     return Shrinkage(1 - median, (1 - high, 1 - low))
 
@@ -132,8 +128,8 @@ def _possible_errors(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(DRAWS,) mean squares over the tried conditions, N^2, were a draw of the parameters the truth, to first order.
 
-    Of the corrected model's error, of what comes to it by a delay that belongs to the sensor, and of the
-    recalibrated model's error.
+    Of the corrected model's error, of what comes to it by a delay that is the rig's, and of the recalibrated model's
+    error; at times after contact as far apart as samples.
     """
     o = observations
     traced = np.flatnonzero(o.traced.any(1))
@@ -142,30 +138,25 @@ def _possible_errors(
     theta, grid = corrected.physical, corrected.grid
     with_effects = forward(corrected.explanation, theta, o.v_e[first], o.f_p[first], grid)
     without = forward((), recalibrated.physical, o.v_e[first], o.f_p[first], grid)
-    variance, vectors = np.linalg.eigh(corrected.covariance[: len(theta), : len(theta)])
-    root = vectors * np.sqrt(np.maximum(variance, 0.0))
+    root = (corrected.coordinates.jacobian(corrected.u) @ corrected.root)[: len(theta)]
     random = np.random.default_rng(seed)
-    drawn = random.standard_normal((DRAWS, len(theta))) @ root.T
-    delay = random.random(DRAWS) * _lateness(o, corrected)
+    drawn = random.standard_normal((DRAWS, root.shape[1])) @ root.T
+    # a delay that all triggers share is as well one of the rig: a sensor's, or that of a small effect
+    late_trials = (corrected.nuisance[:, TIMING] * o.nuisance_std[:, TIMING]).mean()
+    delay = random.random(DRAWS) * float(corrected.common[1] + late_trials)
     error, late, gap, samples = np.zeros(DRAWS), np.zeros(DRAWS), np.zeros(DRAWS), 0
     for k, i in enumerate(first):
         recorded = int(o.time[i, o.used[i]].max() / grid.h) + 2
         end = min(phase_end(with_effects.sensed[k], with_effects.contact[k]), recorded)
-        off = drawn @ with_effects.tangents[k, : len(theta), :end]
-        difference = without.sensed[k, :end] - with_effects.sensed[k, :end]
+        step = max(round(o.interval[i] / grid.h), 1)
+        at = slice(step, max(end, step + 1), step)
+        off = drawn @ with_effects.tangents[k, : len(theta), at]
+        difference = without.sensed[k, at] - with_effects.sensed[k, at]
         error += (off**2).sum(1)
-        late += (delay**2) * (np.gradient(with_effects.sensed[k, :end], grid.h) ** 2).sum()
+        late += (delay**2) * (np.gradient(with_effects.sensed[k], grid.h)[at] ** 2).sum()
         gap += ((difference - off) ** 2).sum(1)
-        samples += end
+        samples += len(difference)
     return error / samples, late / samples, np.maximum(gap / samples, 1e-12)
-
-
-def _lateness(observations: Observations, corrected: Fit) -> float:
-    """The delay, s, common to all trials, where a sensor could have caused it: it may belong to the sensor's form."""
-    if not any(component_of(name) == "sensor" for name in corrected.explanation):
-        return 0.0
-    late = (corrected.nuisance[:, TIMING] * observations.nuisance_std[:, TIMING]).mean()
-    return float(corrected.common[1] + late)
 
 
 def peak_shrinkage(held: tuple[HeldOut, HeldOut], condition: np.ndarray, seed: int) -> Shrinkage | None:

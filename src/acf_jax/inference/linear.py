@@ -84,9 +84,17 @@ def residual(
     observations: Observations, explanation: Explanation, theta: np.ndarray, nuisance: np.ndarray, grid: Grid
 ) -> np.ndarray:
     """(trials, n) the whitened residual alone, of parameters in SI units: a fraction of the time of `linearise`."""
+    forces = _forces(observations, explanation, theta, nuisance, grid)
+    return residual_of(observations, forces, theta[len(parameters(explanation)) :], nuisance, grid.h)
+
+
+def residual_of(
+    observations: Observations, forces: Forces, common: np.ndarray, nuisance: np.ndarray, h: float
+) -> np.ndarray:
+    """(trials, n) the whitened residual of simulated forces, of whose nuisances trigger times and rings count."""
     o = observations
     with np.errstate(over="ignore", invalid="ignore"):
-        left, _ = _left(o, predict(o, explanation, theta, nuisance, grid))
+        left, _ = _left(o, _sensed(o, forces, common, nuisance, h))
         return o.whiten((left * o.weighed)[:, None])[:, 0]
 
 
@@ -97,8 +105,15 @@ def predict(
     o, common = observations, theta[len(parameters(explanation)) :]
     forces = _forces(o, explanation, theta, nuisance, grid)
     with np.errstate(over="ignore", invalid="ignore"):
-        at = taps(_times(o, forces, common, nuisance, grid.h), grid.h, forces.contact)
-        return combine_row(forces.sensed, at.near, at.weight) + _beside_motion(o, common, nuisance)
+        return _sensed(o, forces, common, nuisance, grid.h)
+
+
+def _sensed(
+    o: Observations, forces: Forces, common: np.ndarray, nuisance: np.ndarray, h: float
+) -> np.ndarray:
+    """(trials, n) N, the simulated forces at the measured times, with what comes to them beside the motion."""
+    at = taps(_times(o, forces, common, nuisance, h), h, forces.contact)
+    return combine_row(forces.sensed, at.near, at.weight) + _beside_motion(o, common, nuisance)
 
 
 def predict_as_commanded(
