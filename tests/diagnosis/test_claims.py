@@ -72,7 +72,7 @@ WORSE = Comparison(Change(7.13, 9.81), Change(55.0, 20.0))
 
 
 def test_laws_beside_which_a_cause_is_missing_are_as_probable_as_what_they_explain() -> None:
-    """Of 100 N^2 beside a floor of 20; no more than even odds where unseen conditions say nothing for them."""
+    """Of 100 N^2 beside a floor of 20; even odds where unseen conditions say nothing of it."""
     better = Comparison(Change(10.0, 6.0), None)  # leaves 16 of 80
     assert highest_probability(better, 20**0.5, False) == 1.0
     assert highest_probability(better, 20**0.5, True) == pytest.approx(0.8)
@@ -81,9 +81,11 @@ def test_laws_beside_which_a_cause_is_missing_are_as_probable_as_what_they_expla
         == highest_probability(Comparison(None, None), 1.0, True)
         == 0.5
     )
-    little = Comparison(Change(10.0, 9.0), None)
-    assert highest_probability(little, 0.0, True) == 0.5
-    assert highest_probability(Comparison(Change(10.0, 10.0), None), 0.0, False) == 0.5
+    assert highest_probability(better, 10.0, True) == 0.5
+    little, worse = Comparison(Change(10.0, 9.0), None), Comparison(Change(10.0, 11.0), None)
+    assert highest_probability(little, 0.0, True) == pytest.approx(0.19)
+    assert highest_probability(worse, 0.0, True) == 0.0
+    assert highest_probability(worse, 0.0, False) == 0.5
 
 
 @pytest.mark.parametrize(("force", "peak", "denied"), [

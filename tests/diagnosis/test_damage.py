@@ -46,6 +46,7 @@ def test_what_a_verdict_loses_goes_to_what_damage_may_hide(
     assert tempered(told, 1.0) == told
     even = tempered(Posterior((Scored(first, 0.995), Scored(other, 0.005)), {}, {}), 0.5)
     assert [s.explanation for s in even.scored] == [first, other]
+    assert tempered(told, 0.2).scored[0].explanation == other
 
 
 def cut_off(dataset: GapDataset, share: float) -> GapDataset:

@@ -83,15 +83,12 @@ def compare(recalibrated: GapFigures, corrected: GapFigures, of_trials: GapFigur
 def highest_probability(comparison: Comparison, floor: float | None, is_missing: bool) -> float:
     """How probable laws may be called at most, by what unseen conditions say of them.
 
-    Even odds where their force error is not less. Where a cause `is_missing` beside them, they are as probable as the
-    share is that they explain of the gap's mean square there, and no less than at even odds. `floor`: N RMS.
+    Where a cause `is_missing` beside them, they are as probable as the share is that they explain of the gap's mean
+    square there. Even odds where that is not known, or where their force error is not less. `floor`: N RMS.
     """
-    if comparison.is_denied:
-        return EVEN
-    if not is_missing:
-        return 1.0
-    left = 1.0 if comparison.force is None else _left(*comparison.force, floor)
-    return max(EVEN, 1 - left)
+    if is_missing and comparison.force and floor is not None and comparison.force.before > floor:
+        return max(1 - _left(*comparison.force, floor), 0.0)
+    return EVEN if is_missing or comparison.is_denied else 1.0
 
 
 def agreeing(

@@ -33,7 +33,7 @@ def tempered(told: Posterior, highest: float) -> Posterior:
     total[first.explanation] = highest
     total[other] = total.get(other, 0.0) + first.probability - highest
     # at even odds another may be as probable: the first one stays first
-    scored = sorted(ranked(total), key=lambda s: s.explanation != first.explanation)
+    scored = sorted(ranked(total), key=lambda s: (-s.probability, s.explanation != first.explanation))
     return told._replace(scored=tuple(scored))
 
 

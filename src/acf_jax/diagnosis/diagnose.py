@@ -163,8 +163,9 @@ def diagnose(
     highest = damage.highest_probability(quality, observations.names)
     believed, is_denied = 1.0, False
     if comparison is not None and sure.scored[0].explanation != UNKNOWN:
-        believed = claims.highest_probability(comparison, floor, sure.missed > FORMS)
-        is_denied = comparison.is_denied
+        is_missing = sure.missed > FORMS
+        believed = claims.highest_probability(comparison, floor, is_missing)
+        is_denied = comparison.is_denied and not is_missing
     told = damage.tempered(sure, min(highest, believed))
     scored, credible = told.scored, credible_set(told.scored)
     probability = np.array([told.of(f.explanation) for f in fits])
