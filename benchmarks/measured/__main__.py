@@ -42,12 +42,15 @@ def main(arguments: list[str] | None = None) -> int:
     two.add_argument("--sets", type=Path, required=True, help="what `build` wrote")
     two.add_argument("--out", type=Path, help="folder of the diagnoses and the table; default: SETS/results")
     two.add_argument("--only", nargs="*", help="names of rigs or sets; default: all that were built")
+    two.add_argument(
+        "--told", action="store_true", help="tell the diagnosis what a rig does not have (--without)"
+    )
     given = parser.parse_args(arguments)
     try:
         if given.command == "build":
             build(given.copies, given.out)
         else:
-            score(given.sets, given.out or given.sets / "results", given.only)
+            score(given.sets, given.out or given.sets / "results", given.only, given.told)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2

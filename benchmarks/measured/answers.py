@@ -24,6 +24,13 @@ class Answer:
     absent: Sequence[str] = ()
     injected: bool = False
 
+    @property
+    def without(self) -> list[str]:
+        """Components and effects that the rig does not have; `EVERYWHERE` acts on one without its component, too."""
+        kept = library()[EVERYWHERE].component
+        laws = [name for name, law in library().items() if law.component == kept and name != EVERYWHERE]
+        return [name for component in self.absent for name in (laws if component == kept else [component])]
+
 
 def read_answers(folder: Path = HERE) -> dict[str, Answer]:
     """The frozen answers; `InputError` where the file is not the one that was frozen."""

@@ -19,10 +19,11 @@ from validation.blind.answer import SECONDS, read_seconds
 LONGEST = 1800.0  # s that one diagnosis may take
 
 
-def score(sets: Path, out: Path, only: Sequence[str] | None = None) -> None:
+def score(sets: Path, out: Path, only: Sequence[str] | None = None, told: bool = False) -> None:
     """Diagnose what is not diagnosed yet, then write results.json and table.md.
 
-    **Arguments:** `sets`: what `build` wrote; `only`: names of rigs or sets, all where None.
+    **Arguments:** `sets`: what `build` wrote; `only`: names of rigs or sets, all where None. `told`: whether the
+    diagnosis is told what a rig does not have, as its owner would.
 
     **Raises:** `InputError` where there is no set, the answers are not those that were frozen, or, after all others, a
     diagnosis gave none.
@@ -35,7 +36,7 @@ def score(sets: Path, out: Path, only: Sequence[str] | None = None) -> None:
         if name not in answers or (only and rig not in only and name not in only):
             continue
         try:
-            _diagnose(folder, out / rig / name)
+            _diagnose(folder, out / rig / name, answers[name].without if told else ())
         except InputError as error:  # one set without an answer is no reason to lose the others
             failed += error.faults
             continue
@@ -50,12 +51,13 @@ def score(sets: Path, out: Path, only: Sequence[str] | None = None) -> None:
         raise InputError(failed)
 
 
-def _diagnose(folder: Path, out: Path) -> None:
+def _diagnose(folder: Path, out: Path, without: Sequence[str]) -> None:
     """Run `diagnose` unless its result is there."""
     if (out / "diagnosis.json").is_file():
         return
     began = time.monotonic()
     command = [sys.executable, "-m", "acf_jax", "diagnose", str(folder), "--out", str(out)]
+    command += [word for name in without for word in ("--without", name)]
     try:
         subprocess.run(command, timeout=LONGEST, capture_output=True, text=True, check=True)
     except subprocess.CalledProcessError as error:

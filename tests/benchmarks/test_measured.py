@@ -184,7 +184,8 @@ def test_a_set_without_an_answer_does_not_lose_the_others(tmp_path, built, monke
     found = diagnosed("insufficient_data", ["unknown"]) | {"gap": {}}
     found["explanations"][0]["probability"] = 0.6
 
-    def only_the_white_tip(folder, result):
+    def only_the_white_tip(folder, result, without):
+        assert not without
         if folder.name == "amh_blue":
             raise InputError([f"{folder}: no answer"])
         result.mkdir(parents=True)
@@ -195,3 +196,10 @@ def test_a_set_without_an_answer_does_not_lose_the_others(tmp_path, built, monke
     with pytest.raises(InputError, match="amh_blue: no answer"):
         score(built["amh_blue"].folder.parents[1], out, only=["amh"])
     assert "| amh | 1 | 24 | 0 | 0 | 0 | 0 | 1 |" in (out / "table.md").read_text("utf-8")
+
+
+def test_a_rig_is_told_without_what_it_does_not_have():
+    """But for gravity, which acts on every rig; its owner knows as much."""
+    without = read_answers()["cone_firm_60"].without
+    assert "robot" in without and "end_stop" in without and not {"actuator", "gravity"} & set(without)
+    assert not read_answers()["jku_brake"].without
