@@ -4,7 +4,7 @@
     python -m validation.calibrate RUN [RUN ...]
 
 maximises the log probability of the truth over `Learnt`, measures how far recalibrated rigs with a cause lie from what
-is known of them, finds the spread elsewhere with which 95 % of the stated shrinkages hold, and writes
+is known of them, finds the degrees of freedom elsewhere with which 95 % of the stated shrinkages hold, and writes
 src/acf_jax/evidence/calibration.json. The run has to be diagnosed with the numbers that stand there. With `--no-write`
 it only says what comes out. What it prints of each kind of rig is cross-validated: each sixth of the sets by numbers
 learnt on the others.
@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.stats import chi2
 
 from acf_jax.errors import InputError
 from acf_jax.evidence.learnt import CALIBRATION, LEARNT, Learnt
@@ -29,12 +30,12 @@ from acf_jax.evidence.posterior import UNKNOWN, posterior
 from acf_jax.files import read_json_mapping, write_text
 from acf_jax.inference.parameters import RIG, Explanation
 
-BEGIN = Learnt(temperature=2.0, effect=2.0, free_curve=2.0, hiding=3.0, elsewhere=0.3)
+BEGIN = Learnt(temperature=2.0, effect=2.0, free_curve=2.0, hiding=3.0, elsewhere=2.0)
 WIDTH = 1.5  # standard deviation of the prior of each about it, of its logarithm
 CHOSEN = 3  # numbers that are learnt by their probability; the other two are measured
 LEAST = 1e-3  # probability of the truth below which a set counts no more: it may never have been fitted
 HOLD = 0.95  # share of the stated shrinkages that shall hold
-ENDS = 1.96  # standard deviations from the middle of a stated interval to its ends
+DEGREES = np.geomspace(30.0, 0.5, 83)  # of freedom that are tried: the tails of fewer ones are wider
 FOLDS = 6
 FILE = Path(__file__).parents[1] / "src" / "acf_jax" / "evidence" / CALIBRATION
 
@@ -86,7 +87,7 @@ def log_loss(case: Case, learnt: Learnt) -> float:
 def learn(cases: Sequence[Case]) -> Learnt:
     """The numbers that make the truth of these cases most probable, under a wide prior, and the spread elsewhere."""
     begin = np.log(BEGIN[:CHOSEN])
-    measured = hiding(cases), spread_elsewhere(cases)
+    measured = hiding(cases), freedom_elsewhere(cases)
 
     def learnt(u: np.ndarray) -> Learnt:
         return Learnt._make([*np.exp(u).tolist(), *measured])
@@ -111,16 +112,26 @@ def hiding(cases: Sequence[Case]) -> float:
     return float(np.sqrt(np.mean(bare) / len(RIG))) if bare else BEGIN.hiding
 
 
-def spread_elsewhere(cases: Sequence[Case]) -> float:
-    """With which spread elsewhere the stated shrinkages of these cases would have held, in quadrature."""
-    needed = []
-    for case in cases:
-        if case.stated:
-            value, high, low = case.stated
-            end = low if case.left < value else high
-            own = ((end - value) / ENDS) ** 2 - LEARNT.elsewhere**2
-            needed.append(((case.left - value) / ENDS) ** 2 - own)
-    return float(np.sqrt(max(np.quantile(needed, HOLD), 0.0))) if needed else BEGIN.elsewhere
+def freedom_elsewhere(cases: Sequence[Case]) -> float:
+    """The most degrees of freedom elsewhere with which the stated shrinkages of these cases would have held."""
+    stated = [(case.left, *case.stated) for case in cases if case.stated]
+    if not stated:
+        return BEGIN.elsewhere
+    left, value, high, low = np.array(stated).T
+    ends = np.where(left < value, low, high)
+    before = np.where(left < value, *_tails(LEARNT.elsewhere))
+    own = (ends - value) ** 2 - before**2  # what else is uncertain, in quadrature
+    for freedom in DEGREES:
+        tail = np.where(left < value, *_tails(freedom))
+        if ((left - value) ** 2 <= own + tail**2).mean() >= HOLD:
+            return float(freedom)
+    return float(DEGREES[-1])
+
+
+def _tails(freedom: float) -> tuple[float, float]:
+    """Log of the ends of 95 % of a root mean square over its median, the lower and the upper one."""
+    low, median, high = chi2.ppf([0.025, 0.5, 0.975], freedom)
+    return 0.5 * np.log(low / median), 0.5 * np.log(high / median)
 
 
 def cross_validated(cases: Sequence[Case]) -> list[Learnt]:

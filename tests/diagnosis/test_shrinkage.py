@@ -42,7 +42,7 @@ def _force(
     )
     possible = tuple(np.full(shrinkage.DRAWS, value) for value in (4.0, late, GAP))
     monkeypatch.setattr(shrinkage, "_possible_errors", lambda *_: possible)
-    monkeypatch.setattr(shrinkage, "LEARNT", LEARNT._replace(elsewhere=0.1))
+    monkeypatch.setattr(shrinkage, "LEARNT", LEARNT._replace(elsewhere=200.0))
     return force_shrinkage(cast(Observations, trials), NO_FITS, (held[0], held[1]), belief, 0)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from acf_jax.evidence.learnt import LEARNT
 from acf_jax.evidence.marginal import Marginal
-from validation.calibrate import ENDS, HOLD, Case, hiding, learn, spread_elsewhere
+from validation.calibrate import DEGREES, HOLD, Case, _tails, freedom_elsewhere, hiding, learn
 
 FRICTION, GRAVITY = ("coulomb_friction",), ("gravity",)
 
@@ -15,18 +15,17 @@ def case(left: float, stated: tuple[float, float, float]) -> Case:
     return Case("set", "single", [], frozenset({FRICTION}), stated, left)
 
 
-@pytest.mark.parametrize("side", [-1, 1])
-def test_the_spread_elsewhere_makes_an_interval_reach_the_truth_on_its_own_side(side: int) -> None:
-    """The interval has the width of `LEARNT.elsewhere` alone on the side of the truth, and none on the other."""
-    reach = ENDS * LEARNT.elsewhere
-    stated = (-1.0, -1.0, -1.0 - reach) if side < 0 else (-1.0, -1.0 + reach, -1.0)
-    found = spread_elsewhere([case(-1.0 + side * ENDS * 0.7, stated)])
-    assert found == pytest.approx(0.7)
+@pytest.mark.parametrize("side", [0, 1])
+def test_an_interval_reaches_the_truth_on_its_own_side(side: int) -> None:
+    """What is stated has the tail of `LEARNT.elsewhere` alone on the side of the truth, the truth that of three."""
+    tail, wanted = _tails(LEARNT.elsewhere)[side], _tails(3.0)[side]
+    stated = (-1.0, -1.0, -1.0 + tail) if side == 0 else (-1.0, -1.0 + tail, -1.0)
+    assert freedom_elsewhere([case(-1.0 + wanted, stated)]) == pytest.approx(3.0, rel=0.06)
 
 
 def test_nothing_is_added_where_every_truth_is_in_the_middle() -> None:
-    wide = ENDS * (LEARNT.elsewhere + 0.1)
-    assert spread_elsewhere([case(-1.0, (-1.0, -1.0 + wide, -1.0 - wide))] * 5) == 0.0
+    low, high = _tails(LEARNT.elsewhere)
+    assert freedom_elsewhere([case(-1.0, (-1.0, -0.9 + high, -1.1 + low))] * 5) == DEGREES[0]
 
 
 def test_how_far_a_rig_is_strained_is_told_by_what_refitting_alone_makes_of_rigs_with_a_cause() -> None:

@@ -185,7 +185,8 @@ def diagnose(
     standing = [f for f in fits if told.stated(f.explanation) in credible]
     harmless = same_peaks(observations, recalibrated, standing)
     verdict = judge(scored, credible, pairs, detectability, observations, harmless)
-    is_stated = comparison is not None and comparison.is_better and verdict != "no_gap"
+    tells_gap = verdict not in ("no_gap", "insufficient_data")
+    is_stated = comparison is not None and comparison.is_better and tells_gap
     component = told.components()
     form = {name: form_error(held[name], observations.noise.std) for name in ("recalibrated", "corrected")}
     return Diagnosis(

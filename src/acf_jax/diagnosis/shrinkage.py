@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
 
 from acf_jax.diagnosis.heldout import TIMING, CrossValidation, HeldOut
 from acf_jax.evidence.learnt import LEARNT
@@ -119,8 +120,12 @@ def _as_elsewhere(bootstrapped: np.ndarray, conditions: int, random: np.random.G
 
 
 def forms_elsewhere(count: int, random: np.random.Generator) -> np.ndarray:
-    """(count,) by what factor a mean square differs on other conditions, since no form is exact."""
-    return np.asarray(np.exp(2 * LEARNT.elsewhere * random.standard_normal(count)))
+    """(count,) by what factor a mean square differs on other conditions: what is left has few directions.
+
+    Along each it is a normal draw, whose square may well be next to nothing, but not many times as large.
+    """
+    directions = LEARNT.elsewhere
+    return random.chisquare(directions, count) / float(chi2.median(directions))
 
 
 def _possible_errors(

@@ -14,7 +14,7 @@ class Learnt(NamedTuple):
     effect: float  # cost of each law, in log probability
     free_curve: float  # cost of a free curve, or of any other unknown cause
     hiding: float  # RMS distance of a rig from its prior, in standard deviations, where a cause is refitted into it
-    elsewhere: float  # standard deviation, in log, of what a shrunken gap is on other conditions
+    elsewhere: float  # degrees of freedom of the mean square that is left of a gap on other conditions
 
 
 def read_calibration() -> dict[str, Any]:
