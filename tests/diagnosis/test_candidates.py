@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import candidates
+from acf_jax.effects import library
+from acf_jax.effects._oscillator import AbstractOscillator
 from acf_jax.inference.baseline import Ground
+from acf_jax.inference.fit import fit
 from acf_jax.inference.free_curves import free_curves
-from acf_jax.inference.parameters import Measures, every_effect, starts
+from acf_jax.inference.parameters import Measures, begin, every_effect, starts
 from tests.imagined import imagined
 
 RIPPLE = [p.name for p in every_effect()["unknown_robot"].parameters()].index("ripple_hz")
@@ -74,3 +77,26 @@ def test_what_takes_longest_is_fitted_first() -> None:
     curves = {(name,) for name in free_curves()}
     assert set(order[: len(curves)]) == curves
     assert order[len(curves) :] == [("sensor_resonance",), ("gravity",)]
+
+
+OSCILLATORS = [name for name, law in library().items() if issubclass(law, AbstractOscillator)]
+
+
+@pytest.mark.parametrize("name", OSCILLATORS)
+def test_an_oscillator_has_the_mode_that_it_is_begun_at(name: str) -> None:
+    law = library()[name]
+    assert issubclass(law, AbstractOscillator)
+    assert law(*law.of_mode(9e3, 0.1)).mode() == pytest.approx((9e3, 0.1))
+    assert len(OSCILLATORS) > 1
+
+
+def test_an_oscillator_is_fitted_from_the_mode_where_another_one_ended() -> None:
+    """A heavily damped mass on the sensor, whose own fit is held up far away; other fits stay as they are."""
+    observations = imagined("fixture_mass", (0.02, 3e7, 3e-5))
+    nominal = candidates.fit_nominal(observations)
+    far = begin(nominal.theta[:4], [5.0, 3e7, 1e-5])
+    lost = fit(observations, ("fixture_mass",), far, nominal.nuisance, iterations=0)
+    lag = fit(observations, ("sensor_lag",), begin(nominal.theta[:4], [3e-5, 0.6]))
+    found, kept, same = candidates.exchange_modes(observations, [lost, lag, nominal])
+    assert found.objective < lag.objective < 0.01 * lost.objective
+    assert kept is lag and same is nominal

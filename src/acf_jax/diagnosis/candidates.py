@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from acf_jax.effects import library
+from acf_jax.effects._oscillator import AbstractOscillator
 from acf_jax.inference.baseline import Ground, Promise
 from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.inference.observations import Observations
@@ -101,6 +102,35 @@ def _glances_from(
 
 def _tolerance(explanation: Explanation) -> float:
     return ROUGHLY if is_free_curve(explanation) else TOLERANCE
+
+
+def exchange_modes(observations: Observations, fits: Sequence[Fit]) -> list[Fit]:
+    """The fits, those of a single oscillator begun anew at the modes where others ended, too.
+
+    Near the sampling rate the misfit has many valleys, and which of them a fit ends in hangs on the law.
+    """
+    of_mode = {f.explanation: f for f in fits if _is_oscillator(f.explanation)}
+    begins = [(e, other) for e in of_mode for other in of_mode.values() if other.explanation != e]
+    found = in_parallel([partial(_begun_at_mode_of, observations, e, other) for e, other in begins])
+    better = [f for f in found if f.objective < of_mode[f.explanation].objective]
+    ended = in_parallel([partial(go_on, observations, f, warm=True) for f in better])
+    return [best([f, *(e for e in ended if e.explanation == f.explanation)]) for f in fits]
+
+
+def _is_oscillator(explanation: Explanation) -> bool:
+    return len(explanation) == 1 and issubclass(classes(explanation)[0], AbstractOscillator)
+
+
+def _begun_at_mode_of(observations: Observations, explanation: Explanation, other: Fit) -> Fit:
+    """A glance from the rig and the mode where another oscillator's fit ended."""
+    (mine,), (law,) = classes(explanation), classes(other.explanation)
+    assert issubclass(mine, AbstractOscillator) and issubclass(law, AbstractOscillator)
+    rig = len(other.physical) - len(law.parameters())
+    omega, zeta = (float(x) for x in law(*other.physical[rig:]).mode())
+    if not np.isfinite([omega, zeta]).all():  # the other one has no strength, so no mode
+        return other
+    theta = np.concatenate([other.theta[:rig], mine.of_mode(omega, zeta), other.common])
+    return fit(observations, explanation, theta, other.nuisance, warm=True, iterations=GLANCE)
 
 
 def fit_more(

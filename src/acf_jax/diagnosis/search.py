@@ -51,7 +51,9 @@ def fit_alone(
         return found
 
     wanted = [partial(glances, name) for (name,) in candidates.singles(causes)]
-    return _carried_on(observations, candidates.in_parallel(wanted), told)
+    return candidates.exchange_modes(
+        observations, _carried_on(observations, candidates.in_parallel(wanted), told)
+    )
 
 
 def fit_together(

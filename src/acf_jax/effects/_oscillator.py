@@ -1,9 +1,26 @@
-"""One exact step of a damped oscillator that follows a force, for the sensors."""
+"""Sensors that follow the force as a damped oscillator does, and one exact step of it."""
+
+import abc
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from acf_jax.effects._interface import Scalar
+from acf_jax.effects._interface import AbstractEffect, Scalar
+
+
+class AbstractOscillator(AbstractEffect):
+    """A sensor with one mode: where another law of a mode fits well, this one may as well."""
+
+    component = "sensor"
+
+    @abc.abstractmethod
+    def mode(self) -> tuple[Scalar, Scalar]:
+        """Natural frequency omega, rad/s, and damping ratio zeta."""
+
+    @staticmethod
+    @abc.abstractmethod
+    def of_mode(omega: float, zeta: float) -> tuple[float, ...]:
+        """Parameters, in their order, with which a fit begins at a mode."""
 
 
 def follow(

@@ -1,10 +1,10 @@
 import jax.numpy as jnp
 
-from acf_jax.effects._interface import AbstractEffect, Scalar, shape, strength
-from acf_jax.effects._oscillator import follow
+from acf_jax.effects._interface import Scalar, shape, strength
+from acf_jax.effects._oscillator import AbstractOscillator, follow
 
 
-class FixtureMass(AbstractEffect):
+class FixtureMass(AbstractOscillator):
     """A mass between contact and sensor rings on it: m_w w'' = F_C - k_w w - d_w w', and k_w w + d_w w' is read.
 
     Workpiece or plate on the sensor, d_w = tau_w k_w. The reading is the force less the inertia of that mass, so that
@@ -13,7 +13,6 @@ class FixtureMass(AbstractEffect):
     through the mode, and the damper's force is read, too. Maranzano and Hancock (2016); Machines 12(1), 26 (2024).
     """
 
-    component = "sensor"
     title = "Mass on the sensor"
     remedy = "make what lies on the sensor lighter, or bolt it to a stiffer sensor"
     longest_step = 5e-5  # all of the force rings: what lies between steps has to be told well
@@ -40,3 +39,11 @@ class FixtureMass(AbstractEffect):
         omega = 1 / jnp.maximum(period, 1e-3 * h)
         memory = follow(f, h, omega, self.damping_time_s * omega / 2, memory)
         return memory, jnp.where(present, memory[0] + self.damping_time_s * memory[1], f[1])
+
+    def mode(self) -> tuple[Scalar, Scalar]:
+        omega = jnp.sqrt(self.stiffness_n_per_m / self.mass_kg)
+        return omega, self.damping_time_s * omega / 2
+
+    @staticmethod
+    def of_mode(omega: float, zeta: float) -> tuple[float, ...]:
+        return 3e7 / omega**2, 3e7, 2 * zeta / omega
