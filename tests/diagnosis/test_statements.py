@@ -1,12 +1,15 @@
 """What is said of scatter that hides causes, and what to do about it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from acf_jax.dataset import LowPass, Noise
-from acf_jax.diagnosis.statements import of_form, of_scatter
+from acf_jax.diagnosis.statements import of_form, of_minor, of_scatter
 from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.inference.ring import Ring
 from tests.repeated import repeated
 
@@ -51,3 +54,11 @@ def test_a_free_curve_that_fits_better_than_the_law_that_is_named_is_told(
             in said[0]
         )
     assert not of_form(("unknown",), ("unknown_robot",), evidence)
+
+
+def test_laws_beside_a_missing_cause_are_not_called_small() -> None:
+    """They are not named since they explain little; beside a law that is named, what is left out is small."""
+    corrected: Any = SimpleNamespace(explanation=("contact_damping", "fixture_mass"))
+    assert not of_minor(corrected, UNKNOWN)
+    (said,) = of_minor(corrected, ("fixture_mass",))
+    assert "also has contact damping" in said

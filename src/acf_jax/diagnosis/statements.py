@@ -7,7 +7,7 @@ import numpy as np
 from acf_jax.diagnosis.claims import Comparison
 from acf_jax.diagnosis.heldout import FORM_UNKNOWN
 from acf_jax.evidence.marginal import Marginal
-from acf_jax.evidence.posterior import CREDIBLE, Posterior, forms, log_posterior
+from acf_jax.evidence.posterior import CREDIBLE, UNKNOWN, Posterior, forms, log_posterior
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.discrepancy import FASTEST, FORMS
 from acf_jax.inference.fit import Fit
@@ -76,9 +76,9 @@ def of_form(named: Explanation, corrected: Explanation, evidence: Sequence[Margi
 
 
 def of_minor(corrected: Fit, named: Explanation) -> list[str]:
-    """Which laws of the corrected model are not named."""
-    curve = is_free_curve(corrected.explanation)
-    others = () if curve else tuple(name for name in corrected.explanation if name not in named)
+    """Which laws of the corrected model are too small to be named."""
+    is_cause = named != UNKNOWN and not is_free_curve(corrected.explanation)
+    others = () if not is_cause else tuple(name for name in corrected.explanation if name not in named)
     if not others:
         return []
     return [
