@@ -85,7 +85,7 @@ def log_loss(case: Case, learnt: Learnt) -> float:
 
 
 def learn(cases: Sequence[Case]) -> Learnt:
-    """The numbers that make the truth of these cases most probable, under a wide prior, and the spread elsewhere."""
+    """The numbers that make the truth of these cases most probable, under a wide prior, and those measured."""
     begin = np.log(BEGIN[:CHOSEN])
     measured = hiding(cases), freedom_elsewhere(cases)
 

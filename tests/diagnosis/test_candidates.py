@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import candidates
-from acf_jax.effects import library
-from acf_jax.effects._oscillator import AbstractOscillator
+from acf_jax.effects import AbstractOscillator, library
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import fit
 from acf_jax.inference.free_curves import free_curves

@@ -7,12 +7,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from acf_jax.effects import library
-from acf_jax.effects._oscillator import AbstractOscillator
+from acf_jax.effects import AbstractOscillator, library
 from acf_jax.inference.baseline import Ground, Promise
 from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, begin, classes, is_free_curve, parameters, starts
+from acf_jax.inference.parameters import RIG, Explanation, begin, classes, is_free_curve, parameters, starts
 
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
@@ -123,13 +122,12 @@ def _is_oscillator(explanation: Explanation) -> bool:
 
 def _begun_at_mode_of(observations: Observations, explanation: Explanation, other: Fit) -> Fit:
     """A glance from the rig and the mode where another oscillator's fit ended."""
-    (mine,), (law,) = classes(explanation), classes(other.explanation)
+    (mine,), (law,), (block,) = classes(explanation), classes(other.explanation), blocks_of(other)
     assert issubclass(mine, AbstractOscillator) and issubclass(law, AbstractOscillator)
-    rig = len(other.physical) - len(law.parameters())
-    omega, zeta = (float(x) for x in law(*other.physical[rig:]).mode())
+    omega, zeta = map(float, law(*block).mode())
     if not np.isfinite([omega, zeta]).all():  # the other one has no strength, so no mode
         return other
-    theta = np.concatenate([other.theta[:rig], mine.of_mode(omega, zeta), other.common])
+    theta = np.concatenate([other.theta[: len(RIG)], mine.of_mode(omega, zeta), other.common])
     return fit(observations, explanation, theta, other.nuisance, warm=True, iterations=GLANCE)
 
 

@@ -109,10 +109,8 @@ def agreeing(
     return Shrinkage(value, (low, max(high, value)))
 
 
-def _left(before: float, after: float, floor: float | None) -> float:
-    """What is left of a gap's mean square, scatter taken off; all where scatter explains it, or is not known."""
-    if floor is None or before <= floor:
-        return 1.0
+def _left(before: float, after: float, floor: float) -> float:
+    """What is left of a gap's mean square that is above the scatter, which is taken off."""
     return max(after**2 - floor**2, 0.0) / (before**2 - floor**2)
 
 

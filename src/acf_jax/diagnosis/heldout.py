@@ -31,7 +31,7 @@ class HeldOut:
     residual: np.ndarray  # (trials, n) N, measured minus predicted, zero where unused
     floor: (
         np.ndarray
-    )  # (trials, n) N^2, variance that no model can predict: what repeats differ by, or noise and scatter
+    )  # (trials, n) N^2, variance that no model can predict, between repeats or of noise and scatter
     peak: np.ndarray  # (trials,) N, largest reading as predicted, what noise adds to it included
     measured_peak: np.ndarray  # (trials,) N, nan where it is not known: the force is cut off
 

@@ -77,9 +77,8 @@ def of_form(named: Explanation, corrected: Explanation, evidence: Sequence[Margi
 
 def of_minor(corrected: Fit, named: Explanation) -> list[str]:
     """Which laws of the corrected model are too small to be named."""
-    is_cause = named != UNKNOWN and not is_free_curve(corrected.explanation)
-    others = () if not is_cause else tuple(name for name in corrected.explanation if name not in named)
-    if not others:
+    others = tuple(name for name in corrected.explanation if name not in named)
+    if not others or named == UNKNOWN or is_free_curve(corrected.explanation):
         return []
     return [
         f"the corrected model also has {label(others).lower()}: too small to be told from other laws, so not named"

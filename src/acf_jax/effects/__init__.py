@@ -13,6 +13,7 @@ from acf_jax.effects._interface import Motion as Motion
 from acf_jax.effects._interface import Parameter as Parameter
 from acf_jax.effects._interface import shape as shape
 from acf_jax.effects._interface import strength as strength
+from acf_jax.effects._oscillator import AbstractOscillator as AbstractOscillator
 from acf_jax.errors import suggestion
 
 
