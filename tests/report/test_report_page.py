@@ -34,7 +34,7 @@ from acf_jax.report.quality import _range
 from acf_jax.report.summary import consequence
 from acf_jax.report.traces import overlay
 from acf_jax.report.where import gap_map
-from acf_jax.report.words import VERDICTS, advice, headed, listed, percent, si, verdict
+from acf_jax.report.words import VERDICTS, advice, headed, listed, of_removed, percent, si, verdict
 
 
 class Page(HTMLParser):
@@ -352,6 +352,8 @@ def test_numbers_in_words() -> None:
         and si(2.5e-7, 2, "N s/m") == ("2.5·10⁻⁷\u00a0N\u00a0s/m")
     )
     assert _range([11.01, 11.04], "N") == "11\u00a0N" and _range([-1.0, 2.0], "N") == "−1 to 2\u00a0N"
+    assert of_removed(0.4, 0.96) == "95 % interval 40 % to 96 %"
+    assert of_removed(-14.28, 0.96) == "95 % interval up to 96 %; it may also grow"
     assert listed(["a", "b", "c"], "or") == "a, b or c" and listed([]) == ""
     assert headed("k_1 / k_C") == "k_1 / k_C" and headed("mass") == "Mass"
     assert formula("omega_s^2 < k_C") == "ω<sub>s</sub><sup>2</sup> &lt; k<sub>C</sub>"

@@ -7,7 +7,7 @@ import numpy as np
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.report.markup import Html, element, join, table
 from acf_jax.report.plot import LINES, SYMBOLS, Variant, axis, plot, series
-from acf_jax.report.words import MODELS, condition, headed, percent, si
+from acf_jax.report.words import MODELS, condition, headed, of_removed, percent, si
 
 STEPS = list(MODELS)
 
@@ -96,11 +96,10 @@ def in_words(content: dict[str, Any]) -> Html:
     for name, what in (("force", "force error (noise removed)"), ("peak", "peak error")):
         shrinkage = content["shrinkage"][name]
         if shrinkage:
-            low, high = shrinkage["ci95"]
             grows = ": it grows" if shrinkage["value"] < 0 else ""
             sentences.append(
                 f"Shrinkage of the {what} from the recalibrated to the corrected model:"
-                f" {percent(shrinkage['value'])} (95 % interval {percent(low)} to {percent(high)}){grows}."
+                f" {percent(shrinkage['value'])} ({of_removed(*shrinkage['ci95'])}){grows}."
             )
     if not sentences:
         alone = gap["recalibrated"]["force_rms_n"] is None and gap["recalibrated"]["peak_rms_percent"] is None

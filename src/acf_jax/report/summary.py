@@ -13,6 +13,7 @@ from acf_jax.report.words import (
     advice,
     likelihood,
     name_of,
+    of_removed,
     percent,
     shrunk,
     si,
@@ -115,12 +116,11 @@ def _tiles(d: Diagnosis, content: dict[str, Any]) -> Html:
     for name, what in (("force", "force"), ("peak", "peak")):
         shrinkage = content["shrinkage"][name]
         if shrinkage is not None:
-            low, high = shrinkage["ci95"]
             tiles.append(
                 (
                     f"Gap removed, {what}",
                     percent(shrinkage["value"]),
-                    f"95 % interval {percent(low)} to {percent(high)}",
+                    of_removed(*shrinkage["ci95"]),
                 )
             )
     return element("dl", *(_tile(*tile) for tile in tiles), class_="tiles")

@@ -144,6 +144,13 @@ def _named(standing: Sequence[Scored]) -> str:
     return listed([f"{name_of(s.explanation)} ({percent(s.probability)})" for s in standing], "or")
 
 
+def of_removed(low: float, high: float) -> str:
+    """The 95 % interval of the share that is removed; by how much an error may grow says no more."""
+    if low < 0:
+        return f"95 % interval up to {percent(high)}; it may also grow"
+    return f"95 % interval {percent(low)} to {percent(high)}"
+
+
 def shrunk(diagnosis: Diagnosis) -> str:
     """How much of the gap the correction removes, of the force if there are traces, else of the peak."""
     d = diagnosis
@@ -152,10 +159,9 @@ def shrunk(diagnosis: Diagnosis) -> str:
     cause = "the most probable one" if d.verdict == "ambiguous" else "it"
     for shrinkage, what in ((d.shrinkage_force, "force"), (d.shrinkage_peak, "peak")):
         if shrinkage is not None and d.verdict in ("identified", "ambiguous", "unknown"):
-            low, high = (percent(end) for end in shrinkage.ci95)
             return (
                 f"Correcting for {cause} removes {percent(shrinkage.value)} of the {what} error on conditions that the"
-                f" fit did not see (95 % interval {low} to {high})."
+                f" fit did not see ({of_removed(*shrinkage.ci95)})."
             )
     return ""
 
