@@ -8,8 +8,10 @@ import pytest
 from acf_jax.diagnosis import Diagnosis
 from acf_jax.diagnosis.candidates import fit_more
 from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER, _interval, _shares, contributions
-from acf_jax.evidence.posterior import Scored
+from acf_jax.evidence.posterior import UNKNOWN, Scored
 from tests.diagnosis.conftest import KEPT
+
+LEFT = np.linspace(0.01, 0.1, 100)  # of the gap's mean square
 
 
 def test_shares_are_those_of_the_mean_squares() -> None:
@@ -67,25 +69,39 @@ def test_two_effects_share_what_they_explain(diagnosed: Diagnosis) -> None:
     two = fit_more(d.observations, d.corrected, "sensor_scale", [np.array([0.01])])
     scored = [Scored(two.explanation, 1.0)]
     recalibrated = [d.fits[0]]
-    found = contributions(d.observations, recalibrated, two, d.held, scored, d.component, KEPT, 0)
+    found = contributions(d.observations, recalibrated, two, d.held, LEFT, scored, d.component, KEPT, 0)
     by_name = {c.name: c for c in found}
     assert by_name["gravity"].share == pytest.approx(d.contributions[0].share, abs=0.1)
     assert by_name["sensor_scale"].share < 0.1
     gravity, background, scatter = contributions(
-        d.observations, recalibrated, two, d.held, [Scored(("gravity",), 1.0)], d.component, KEPT, 0
+        d.observations, recalibrated, two, d.held, LEFT, [Scored(("gravity",), 1.0)], d.component, KEPT, 0
     )
-    assert background.name == BACKGROUND and scatter == by_name[SCATTER]  # what is not named is background
-    not_named = by_name[BACKGROUND].share + by_name["sensor_scale"].share
-    assert (gravity.share, background.share) == pytest.approx((by_name["gravity"].share, not_named))
+    assert (background, scatter) == (by_name[BACKGROUND], by_name[SCATTER])
+    both = by_name["gravity"].share + by_name["sensor_scale"].share
+    assert gravity.share == pytest.approx(both)  # what is not named leaves its part to what is
 
 
 def test_an_unknown_cause_is_all_background(diagnosed: Diagnosis) -> None:
     d = diagnosed
     curve = next(f for f in d.fits if f.explanation == ("unknown_actuator",))
     where = {"actuator": 0.6, "contact": 0.0, "robot": 0.0, "sensor": 0.2}
-    background, scatter = contributions(d.observations, [d.fits[0]], curve, d.held, [], where, KEPT, 0)
+    background, scatter = contributions(
+        d.observations, [d.fits[0]], curve, d.held, LEFT, [Scored(UNKNOWN, 1.0)], where, KEPT, 0
+    )
     assert background.component == pytest.approx({"actuator": 0.75, "contact": 0, "robot": 0, "sensor": 0.25})
     assert background.share + scatter.share == pytest.approx(1) and scatter.share < background.share
+
+
+def test_what_no_law_explains_is_as_uncertain_as_the_shrinkage(diagnosed: Diagnosis) -> None:
+    """Between a fiftieth and a third of what is beyond the scatter."""
+    d = diagnosed
+    draws = np.linspace(0.02, 0.33, 2001)
+    _, background, scatter = contributions(
+        d.observations, [d.fits[0]], d.corrected, d.held, draws, d.scored, d.component, KEPT, 0
+    )
+    beyond = 1 - scatter.share
+    assert background.ci95[1] == pytest.approx(0.32 * beyond, rel=0.1)
+    assert background.ci95[0] <= min(background.share, 0.04 * beyond)
 
 
 @pytest.mark.parametrize("changes", [{"peak_only": np.ones(20, bool)}, {"condition": np.zeros(20, int)}])
@@ -95,4 +111,4 @@ def test_peaks_alone_and_one_condition_have_nothing_to_share_out(
     d = diagnosed
     few = {name: value[: len(d.observations.names)] for name, value in changes.items()}
     o = replace(d.observations, **few)
-    assert contributions(o, d.fits, d.corrected, d.held, d.scored, d.component, KEPT, 0) == ()
+    assert contributions(o, d.fits, d.corrected, d.held, LEFT, d.scored, d.component, KEPT, 0) == ()

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis import Diagnosis
-from acf_jax.diagnosis.heldout import TIMING, HeldOut, hold_out, pure_error
+from acf_jax.diagnosis.heldout import HeldOut, hold_out, pure_error
 from acf_jax.inference.fit import fit
 from acf_jax.inference.linear import predict
+from acf_jax.inference.observations import TIMING
 from acf_jax.inference.parameters import begin
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from acf_jax.diagnosis import shrinkage
 from acf_jax.diagnosis.heldout import HeldOut
-from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, force_shrinkage, peak_shrinkage
+from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, left_elsewhere, peak_shrinkage
 from acf_jax.evidence.learnt import LEARNT
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import Observations
@@ -43,7 +43,8 @@ def _force(
     possible = tuple(np.full(shrinkage.DRAWS, value) for value in (4.0, late, GAP))
     monkeypatch.setattr(shrinkage, "_possible_errors", lambda *_: possible)
     monkeypatch.setattr(shrinkage, "LEARNT", LEARNT._replace(elsewhere=200.0))
-    return force_shrinkage(cast(Observations, trials), NO_FITS, (held[0], held[1]), belief, 0)
+    found = left_elsewhere(cast(Observations, trials), NO_FITS, (held[0], held[1]), belief, 0)
+    return None if found is None else Shrinkage.of(found)
 
 
 def test_held_out_conditions_decide_where_they_are_many(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,12 +13,11 @@ from functools import partial
 import numpy as np
 
 from acf_jax.diagnosis.candidates import best, blocks_of, in_parallel
-from acf_jax.diagnosis.heldout import TIMING, HeldOut
-from acf_jax.diagnosis.shrinkage import ENDS, forms_elsewhere, resample
+from acf_jax.diagnosis.heldout import HeldOut
+from acf_jax.diagnosis.shrinkage import ENDS, resample
 from acf_jax.evidence.posterior import Scored
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
-from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve
 
@@ -44,6 +43,7 @@ def contributions(
     fits: Sequence[Fit],
     corrected: Fit,
     held: dict[str, HeldOut],
+    left_elsewhere: np.ndarray | None,
     scored: Sequence[Scored],
     component: dict[str, float],
     effects: Sequence[str],
@@ -52,9 +52,11 @@ def contributions(
     """The effects of the first explanation, the background, the scatter.
 
     **Arguments:** `fits`: the recalibrated model first. `held`: predictions of unseen conditions by `recalibrated` and
-    `corrected`. `scored`: effects of the corrected model that the first does not name are background; an effect's
-    interval begins at zero as far as explanations without it are probable.
-    `component`: where an unknown cause acts, told by the free curves. `effects`: those that may act on this rig.
+    `corrected`. `left_elsewhere`: draws of what the second leaves of the gap of the first, in mean squares; None where
+    there is none. `scored`: what small effects of the corrected model explain, which the first explanation does not
+    name, is shared by those that it names; an effect's interval begins at zero as far as explanations without it are
+    probable. `component`: where an unknown cause acts, told by the free curves. `effects`: those that may act on this
+    rig.
 
     **Returns:** nothing where there are no traces, where all trials have one condition, or where the recalibrated model
     misses nothing.
@@ -63,8 +65,8 @@ def contributions(
     used, groups = o.traced, np.unique(o.condition)
     if not used.any() or len(groups) < 2:
         return ()
-    effects = () if is_free_curve(corrected.explanation) else corrected.explanation
-    after = held["corrected"] if effects else held["recalibrated"]
+    named = [name for name in corrected.explanation if name in scored[0].explanation]
+    after = held["corrected"] if named else held["recalibrated"]
 
     def sums(values: np.ndarray) -> np.ndarray:
         return np.array([values[used & (o.condition == g)[:, None]].sum() for g in groups])
@@ -75,27 +77,23 @@ def contributions(
     samples = sums(np.ones_like(o.force))
     if before.sum() <= 0:
         return ()
-    changes = _changes(o, fits, corrected) if effects else []
+    changes = _changes(o, fits, corrected, named) if named else []
     gap = held["recalibrated"].residual
-    by_effect = np.array([sums(change * gap) for change in changes]).reshape(len(effects), len(groups))
+    by_effect = np.array([sums(change * gap) for change in changes]).reshape(len(named), len(groups))
     drawn = np.concatenate([np.arange(len(groups))[None], resample(len(groups), seed, RESAMPLES)])
     of_before, of_left, of_floor, of_effects = (
         v[..., drawn].sum(-1) for v in (before, left, floor, by_effect)
     )
-    of_left[1:] *= forms_elsewhere(RESAMPLES, np.random.default_rng(seed))
+    if left_elsewhere is not None:
+        ratio = np.random.default_rng(seed).choice(left_elsewhere, RESAMPLES)
+        of_left[1:] = of_floor[1:] + ratio * np.maximum(of_before - of_floor, 0.0)[1:]
     shares = _shares(of_before, of_left, of_floor, of_effects)
     alone = _shares(before, left, floor, by_effect)
     peaks = _peaks(o, after, changes)
-    named = [k for k, name in enumerate(effects) if name in scored[0].explanation]
-    rest, minor = len(effects), [k for k in range(len(effects)) if k not in named]
-    for table in (shares, alone):
-        table[rest] += table[minor].sum(0)
-    peaks[rest] = float(np.sqrt(sum(peaks[k] ** 2 for k in (rest, *minor))))
     rms = np.sqrt(alone * before / np.maximum(samples, 1))
     result = []
-    for k in (*named, rest, rest + 1):
-        name = (*effects, BACKGROUND, SCATTER)[k]
-        absent = 1 - sum(s.probability for s in scored if name in s.explanation) if k in named else 0.0
+    for k, name in enumerate((*named, BACKGROUND, SCATTER)):
+        absent = 1 - sum(s.probability for s in scored if name in s.explanation) if name in named else 0.0
         low, high = _interval(shares[k, 1:], absent)
         value = float(shares[k, 0])
         force = float(np.sqrt(value * before.sum() / samples.sum()))
@@ -133,23 +131,20 @@ def _interval(draws: np.ndarray, absent: float) -> tuple[float, float]:
     return low, float(np.quantile(draws, max((ENDS[1] - absent) / there, 0.0)))
 
 
-def _changes(o: Observations, fits: Sequence[Fit], corrected: Fit) -> list[np.ndarray]:
-    """(trials, n) N, of each effect by what it changes the prediction: the mean of added first and of added last.
+def _changes(o: Observations, fits: Sequence[Fit], corrected: Fit, named: Sequence[str]) -> list[np.ndarray]:
+    """(trials, n) N, of each of some effects by what it changes the prediction: the mean of added first and last.
 
     That is its Shapley value as long as effects act on one another in pairs.
     """
     effects = corrected.explanation
-    rests = {name: tuple(e for e in effects if e != name) for name in effects}
+    rests = {name: tuple(e for e in effects if e != name) for name in named}
     known = {f.explanation: f for f in fits} | {effects: corrected}
-    wanted = {(), effects, *rests.values(), *((name,) for name in effects)}
+    wanted = {(), effects, *rests.values(), *((name,) for name in named)}
     missing = sorted(wanted - known.keys())
     found = in_parallel([partial(_without_others, o, corrected, s) for s in missing])
     known |= dict(zip(missing, found, strict=True))
-    predicted = {s: _predicted(o, known[s]) for s in wanted}
-    return [
-        (predicted[(name,)] - predicted[()] + predicted[effects] - predicted[rest]) / 2
-        for name, rest in rests.items()
-    ]
+    force = {s: known[s].as_commanded() for s in wanted}
+    return [(force[(name,)] - force[()] + force[effects] - force[rest]) / 2 for name, rest in rests.items()]
 
 
 def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fit:
@@ -159,13 +154,6 @@ def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fi
     rigs = corrected.theta[: len(RIG)], o.prior.values
     again = partial(fit, o, effects, program=corrected.program)
     return best(again(np.concatenate([rig, *kept, corrected.common]), corrected.nuisance) for rig in rigs)
-
-
-def _predicted(o: Observations, fitted: Fit) -> np.ndarray:
-    """(trials, n) N at the commanded conditions, each trial shifted to where it fits."""
-    nuisance = np.zeros_like(fitted.nuisance)
-    nuisance[:, TIMING] = fitted.nuisance[:, TIMING]
-    return linearise(o, fitted.explanation, fitted.coordinates, fitted.u, nuisance, fitted.grid).predicted
 
 
 def _peaks(o: Observations, after: HeldOut, changes: Sequence[np.ndarray]) -> list[float]:

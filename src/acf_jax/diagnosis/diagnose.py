@@ -25,7 +25,7 @@ from acf_jax.diagnosis.heldout import (
 from acf_jax.diagnosis.interim import Interim, Watch
 from acf_jax.diagnosis.outliers import outliers
 from acf_jax.diagnosis.search import Progress, fit_alone, fit_together, settled
-from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, held_out_shrinkage, peak_shrinkage
+from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, held_out_left, peak_shrinkage
 from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.verdict import judge
 from acf_jax.diagnosis.where import GapMap, gap_map
@@ -172,7 +172,8 @@ def diagnose(
     first = scored[0]
     right = 0.0 if first.explanation == UNKNOWN else first.probability
     belief = Belief(right, told.discrepancy[first.explanation])
-    shrinkage = held_out_shrinkage(validation, corrected, belief, seed)
+    left = held_out_left(validation, corrected, belief, seed)
+    shrinkage = None if left is None else Shrinkage.of(left)
     order = [0, *sorted(range(1, len(fits)), key=lambda i: -probability[i])]
     fits, probability = [fits[i] for i in order], probability[order]
 
@@ -204,7 +205,9 @@ def diagnose(
         gap=gap,
         noise_floor_rms_n=floor,
         comparison=comparison,
-        contributions=contributions(observations, fits, corrected, held, scored, component, effects, seed),
+        contributions=contributions(
+            observations, fits, corrected, held, left, scored, component, effects, seed
+        ),
         form_error=form,
         shrinkage_force=claims.agreeing(shrinkage, gap["recalibrated"], gap["corrected"], floor)
         if is_stated

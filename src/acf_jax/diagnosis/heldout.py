@@ -11,13 +11,10 @@ from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.forward import Forces, forward, reach_of
 from acf_jax.inference.interpolation import peak_of
 from acf_jax.inference.linear import linearise, residual_of
-from acf_jax.inference.observations import Observations
+from acf_jax.inference.observations import TIMING, Observations
 from acf_jax.inference.parameters import Explanation, parameters
 
-TIMING, LATEST = (
-    2,
-    3.0,
-)  # the nuisance that is the trigger time, and its farthest, in prior standard deviations
+LATEST = 3.0  # the farthest trigger time, in prior standard deviations
 LOOKS = (25, 9, 9)  # at trigger times: a quarter of a deviation apart, as rings need, then ever closer
 FORM_UNKNOWN = 1.0  # nothing is known of the peaks: they may be twice as high
 CHI_SQUARE_MEDIAN = 0.455  # of one degree of freedom

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-from acf_jax.diagnosis.heldout import TIMING, CrossValidation, HeldOut
+from acf_jax.diagnosis.heldout import CrossValidation, HeldOut
 from acf_jax.evidence.learnt import LEARNT
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import forward
 from acf_jax.inference.interpolation import phase_end
-from acf_jax.inference.observations import Observations
+from acf_jax.inference.observations import TIMING, Observations
 
 RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
@@ -29,6 +29,12 @@ class Shrinkage:
     value: float
     ci95: tuple[float, float]
 
+    @classmethod
+    def of(cls, left: np.ndarray) -> "Shrinkage":
+        """Median and interval, of draws of what is left of the gap's mean square."""
+        low, median, high = np.quantile(np.sqrt(left), (ENDS[0], 0.5, ENDS[1])).tolist()
+        return cls(1 - median, (1 - high, 1 - low))
+
 
 class Belief(NamedTuple):
     """What the posterior says of the corrected model."""
@@ -37,25 +43,25 @@ class Belief(NamedTuple):
     discrepancy: Mapping[float, float]  # probability of each size of the discrepancy beside them
 
 
-def held_out_shrinkage(
+def held_out_left(
     validation: CrossValidation, corrected: Fit, belief: Belief, seed: int
-) -> Shrinkage | None:
-    """How far the gap of the recalibrated model shrinks with a corrected one."""
+) -> np.ndarray | None:
+    """What a corrected model leaves of the gap of the recalibrated one, as of `left_elsewhere`."""
     if not validation.is_possible:
         return None
     fits = validation.recalibrated, corrected
     held = validation.of(validation.recalibrated), validation.of(corrected)
-    return force_shrinkage(validation.observations, fits, held, belief, seed)
+    return left_elsewhere(validation.observations, fits, held, belief, seed)
 
 
-def force_shrinkage(
+def left_elsewhere(
     observations: Observations,
     fits: tuple[Fit, Fit],
     held: tuple[HeldOut, HeldOut],
     belief: Belief,
     seed: int,
-) -> Shrinkage | None:
-    """Shrinkage of the force error, what no model can predict removed in quadrature.
+) -> np.ndarray | None:
+    """What is left of the gap's mean square on other conditions, what no model can predict taken off both.
 
     **Arguments:** `fits`, `held`: of the recalibrated and of the corrected model.
 
@@ -65,7 +71,7 @@ def force_shrinkage(
     mean square error there is known as well as a bootstrap over conditions says. Other conditions differ from those
     that were tried as these differ from one another, and by what laws leave that are not exact.
 
-    **Returns:** median and interval; None where the held-out conditions show no gap at all.
+    **Returns:** (WORLDS,) draws of the ratio; None where the held-out conditions show no gap at all.
     """
     o, used = observations, observations.traced
     recalibrated, corrected = held
@@ -95,9 +101,7 @@ def force_shrinkage(
     before = (np.maximum(left, 0.0) / samples + noise) / (gap / samples + noise)
     there = np.maximum(left_there, 0.0) / samples_there + noise
     elsewhere = there / (np.maximum(gap_there, 0.0) / samples_there + noise) / before
-    ratio *= _as_elsewhere(elsewhere, len(sums), random) * forms_elsewhere(WORLDS, random)
-    low, median, high = np.quantile(np.sqrt(ratio), (ENDS[0], 0.5, ENDS[1])).tolist()
-    return Shrinkage(1 - median, (1 - high, 1 - low))
+    return np.asarray(ratio * _as_elsewhere(elsewhere, len(sums), random) * _forms_elsewhere(random))
 
 
 def _drawn(parts: tuple[np.ndarray, ...], random: np.random.Generator) -> tuple[np.ndarray, ...]:
@@ -119,13 +123,13 @@ def _as_elsewhere(bootstrapped: np.ndarray, conditions: int, random: np.random.G
     return np.asarray(np.exp(np.minimum(log_ratio, MOST)))
 
 
-def forms_elsewhere(count: int, random: np.random.Generator) -> np.ndarray:
-    """(count,) by what factor a mean square differs on other conditions: what is left has few directions.
+def _forms_elsewhere(random: np.random.Generator) -> np.ndarray:
+    """(WORLDS,) by what factor a mean square differs on other conditions: what is left has few directions.
 
     Along each it is a normal draw, whose square may well be next to nothing, but not many times as large.
     """
     directions = LEARNT.elsewhere
-    return random.chisquare(directions, count) / float(chi2.median(directions))
+    return random.chisquare(directions, WORLDS) / float(chi2.median(directions))
 
 
 def _possible_errors(

@@ -12,9 +12,10 @@ from acf_jax.inference.linear import (
     half_chi_square,
     linearise,
     normal_equations,
+    predict,
     steps_of,
 )
-from acf_jax.inference.observations import COMMON_TRIGGER, Observations
+from acf_jax.inference.observations import COMMON_TRIGGER, TIMING, Observations
 from acf_jax.inference.parameters import (
     COMMON,
     Coordinates,
@@ -99,6 +100,12 @@ class Fit:
         return linearise(
             self.observations, self.explanation, self.coordinates, self.u, self.nuisance, self.grid
         )
+
+    def as_commanded(self) -> np.ndarray:
+        """(trials, n) N, the force at the commanded conditions, each trial shifted to where it fits."""
+        shifted = np.zeros_like(self.nuisance)
+        shifted[:, TIMING] = self.nuisance[:, TIMING]
+        return predict(self.observations, self.explanation, self.theta, shifted, self.grid)
 
     @property
     def at_bound(self) -> np.ndarray:

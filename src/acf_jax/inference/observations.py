@@ -26,6 +26,7 @@ SHORTEST_INTERVAL, LONGEST_INTERVAL = 1e-7, 10.0  # s, between samples: beyond, 
 SIMULATED = 1e-5  # of the largest force: so far the simulation is trusted, and noise counts as no less
 PEAK_WITHIN = 6.0  # of a trial without trace the response is computed for this many 1/omega
 NO_TIME = 1e-6  # s, in place of the sampling interval of a peak
+TIMING = 2  # which nuisance is the trigger time
 N_NUISANCE = 3  # of every trial: velocity, pretension, trigger time; a motion's and rings' come behind
 COMMON_TRIGGER = 0.15  # standard deviation of the delay that all triggers share, in sampling intervals
 
