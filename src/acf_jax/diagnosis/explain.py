@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax.diagnosis.candidates import best_of_each, in_parallel
-from acf_jax.diagnosis.proposals import NEAR, PROPOSALS
+from acf_jax.diagnosis.proposals import NEAR, PROPOSALS, without
 from acf_jax.evidence.marginal import Marginal, marginal
 from acf_jax.evidence.posterior import log_posterior
 from acf_jax.inference.baseline import Ground
@@ -27,7 +27,7 @@ from acf_jax.inference.changes import changes
 from acf_jax.inference.discrepancy import FORMS, SIZES, discrepancy
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, is_free_curve, parameters
+from acf_jax.inference.parameters import Explanation, is_free_curve
 from acf_jax.inference.small_effects import small_effects
 
 SINGLES, SEVERAL = 6, 8  # explanations by one law, and by several, that are fitted beside a discrepancy
@@ -204,33 +204,41 @@ class _Weighed:
 
     def complete(self) -> None:
         """Weigh beside every size, and alone, what is not negligible."""
-        log_p = log_posterior(self.marginals)
-        enough = log_p.max() + np.log(NEGLIGIBLE)
-        near = {m.explanation for m, p in zip(self.marginals, log_p.tolist(), strict=True) if p > enough}
+        considerable = self._considerable()
         for size in (*self.sizes, 0.0):
-            self._weigh(size, sorted(near))
+            self._weigh(size, considerable)
 
     def with_changes(self) -> list[Marginal]:
-        """The evidence of everything; what each of several laws changes about the force, where that is not hopeless.
+        """The evidence of everything; how large each of several laws is, where they are not negligible.
 
         An explanation whose fit breaks down without a discrepancy has no model, and is left out.
         """
-        best = self._best_of_each()
-        laws = [e for e in best if len(e) > 1 and not is_free_curve(e) and e in self.plain]
-        found = in_parallel([partial(self._changes, best[e]) for e in laws])
-        of = dict(zip(laws, found, strict=True))
+        laws = [e for e in self._considerable() if len(e) > 1 and e in self.plain and not is_free_curve(e)]
+        self._take_apart(laws)
+        whole = [e for e in laws if {*_rests(e)} <= self.plain.keys()]
+        tasks = [partial(changes, self.plain[e], [self.plain[rest] for rest in _rests(e)]) for e in whole]
+        of = dict(zip(whole, in_parallel(tasks), strict=True))
         sound = (m for m in self.marginals if m.explanation in self.plain)
         return [m._replace(changes=of.get(m.explanation, ())) for m in sound]
 
-    def _best_of_each(self) -> dict[Explanation, Marginal]:
-        """Of each explanation that is not hopeless the evidence beside the size that suits it best."""
-        ranked = sorted(self.marginals, key=lambda m: m.log_z)
-        return {m.explanation: m for m in ranked if m.log_z > ranked[-1].log_z - HOPELESS}
+    def _take_apart(self, explanations: Sequence[Explanation]) -> None:
+        """Fit explanations without each of their laws, with exact forms."""
+        exact, known = self.observations[0.0], self.known(0.0)
+        tasks = [
+            partial(without, exact, self.plain[e], name, NEAR)
+            for e in explanations
+            for name, rest in zip(e, _rests(e), strict=True)
+            if rest not in known
+        ]
+        self.take(best_of_each(in_parallel(tasks)), 0.0)
 
-    def _changes(self, m: Marginal) -> tuple[float, ...]:
-        count = len(parameters(m.explanation))
-        end = self.ends[m.explanation, m.discrepancy]
-        return changes(self.observations[0.0], m.explanation, end.theta[:count], end.program)
+    def _considerable(self) -> list[Explanation]:
+        """What is not negligible beside some size."""
+        log_p = log_posterior(self.marginals)
+        enough = log_p.max() + np.log(NEGLIGIBLE)
+        return sorted(
+            {m.explanation for m, p in zip(self.marginals, log_p.tolist(), strict=True) if p > enough}
+        )
 
     def _weigh(self, size: float, explanations: Sequence[Explanation]) -> None:
         """Those that are not weighed beside a size, from where each ended beside the nearest."""
@@ -258,6 +266,11 @@ class _Weighed:
         """Explanations that are not hopeless beside a size."""
         log_z = {e: self.ends[e, size].evidence.log_z for e in self.known(size)}
         return {e for e, value in log_z.items() if value > max(log_z.values()) - HOPELESS}
+
+
+def _rests(explanation: Explanation) -> list[Explanation]:
+    """An explanation without each of its laws."""
+    return [tuple(law for law in explanation if law != name) for name in explanation]
 
 
 def _chosen(fits: Sequence[Fit]) -> list[Explanation]:

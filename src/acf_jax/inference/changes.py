@@ -1,30 +1,30 @@
-"""How much each law of an explanation changes about the force."""
+"""How large each law of an explanation is, by what it changes about the force."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from acf_jax.inference.fit import grid_for
+from acf_jax.inference.fit import Fit
 from acf_jax.inference.linear import predict_as_commanded
-from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, switched_off
+from acf_jax.inference.parameters import switched_off
 
 
-def changes(
-    observations: Observations,
-    explanation: Explanation,
-    physical: np.ndarray,
-    program: Explanation | None = None,
-) -> tuple[float, ...]:
-    """What each law changes about the force, RMS over the compared samples, N: with it, against without it.
+def changes(fitted: Fit, rests: Sequence[Fit]) -> tuple[float, ...]:
+    """What each law changes about the force, RMS over the compared samples, N.
 
-    **Arguments:** `physical`: (p,) the parameters of rig and laws, SI units. The rig and all other laws stay as they
-    are. All is at the commanded conditions, from first contact: a trigger fitted beside a lag is late without it.
-    `program`: of `Grid`.
+    With it, against without it: all else as it is, or all else fitted again, whichever changes more. The rig makes up
+    for a slow law that is large, and hardly for a fast one that is small: neither is background.
+
+    **Arguments:** `rests`: the fits without each law. The force as it is counts from first contact: a trigger fitted
+    beside a lag is late without it.
     """
-    o, grid = observations, grid_for(observations, explanation, program)
+    o, explanation, grid = fitted.observations, fitted.explanation, fitted.grid
+    bare = predict_as_commanded(o, explanation, fitted.physical, grid)
+    refitted = fitted.as_commanded()
 
-    def force(parameters: np.ndarray) -> np.ndarray:
-        return predict_as_commanded(o, explanation, parameters, grid)[o.used]
+    def change(name: str, rest: Fit) -> float:
+        off = switched_off(explanation, fitted.physical, [name])
+        each = bare - predict_as_commanded(o, explanation, off, grid), refitted - rest.as_commanded()
+        return max(float(np.sqrt((values[o.used] ** 2).mean())) for values in each)
 
-    together = force(physical)
-    alone = (together - force(switched_off(explanation, physical, [name])) for name in explanation)
-    return tuple(float(np.sqrt((change**2).mean())) for change in alone)
+    return tuple(map(change, explanation, rests))
