@@ -3,11 +3,10 @@
     python -m acf_jax blind --out RUN --seed 7201 --cases 120
     python -m validation.calibrate RUN [RUN ...]
 
-maximises the log probability of the truth over `Learnt`, measures how far recalibrated rigs with a cause lie from what
-is known of them, finds the degrees of freedom elsewhere with which 95 % of the stated shrinkages hold, and writes
-src/acf_jax/evidence/calibration.json. The run has to be diagnosed with the numbers that stand there. With `--no-write`
-it only says what comes out. What it prints of each kind of rig is cross-validated: each sixth of the sets by numbers
-learnt on the others.
+maximises the log probability of the truth over `Learnt`, finds the degrees of freedom elsewhere with which 95 % of the
+stated shrinkages hold, and writes src/acf_jax/evidence/calibration.json. The run has to be diagnosed with the numbers
+that stand there. With `--no-write` it only says what comes out. What it prints of each kind of rig is cross-validated:
+each sixth of the sets by numbers learnt on the others.
 """
 
 import argparse
@@ -28,11 +27,11 @@ from acf_jax.evidence.learnt import CALIBRATION, LEARNT, Learnt
 from acf_jax.evidence.marginal import Marginal, read_evidence
 from acf_jax.evidence.posterior import UNKNOWN, posterior
 from acf_jax.files import read_json_mapping, write_text
-from acf_jax.inference.parameters import RIG, Explanation
+from acf_jax.inference.parameters import Explanation
 
-BEGIN = Learnt(temperature=2.0, effect=2.0, free_curve=2.0, hiding=3.0, elsewhere=2.0)
+BEGIN = Learnt(temperature=2.0, effect=2.0, free_curve=2.0, elsewhere=2.0)
 WIDTH = 1.5  # standard deviation of the prior of each about it, of its logarithm
-CHOSEN = 3  # numbers that are learnt by their probability; the other two are measured
+CHOSEN = 3  # numbers that are learnt by their probability; the other one is measured
 LEAST = 1e-3  # probability of the truth below which a set counts no more: it may never have been fitted
 HOLD = 0.95  # share of the stated shrinkages that shall hold
 DEGREES = np.geomspace(30.0, 0.5, 83)  # of freedom that are tried: the tails of fewer ones are wider
@@ -85,12 +84,12 @@ def log_loss(case: Case, learnt: Learnt) -> float:
 
 
 def learn(cases: Sequence[Case]) -> Learnt:
-    """The numbers that make the truth of these cases most probable, under a wide prior, and those measured."""
+    """The numbers that make the truth of these cases most probable, under a wide prior, and that measured."""
     begin = np.log(BEGIN[:CHOSEN])
-    measured = hiding(cases), freedom_elsewhere(cases)
+    elsewhere = freedom_elsewhere(cases)
 
     def learnt(u: np.ndarray) -> Learnt:
-        return Learnt._make([*np.exp(u).tolist(), *measured])
+        return Learnt._make([*np.exp(u).tolist(), elsewhere])
 
     def loss(u: np.ndarray) -> float:
         return sum(log_loss(c, learnt(u)) for c in cases) + 0.5 * float((((u - begin) / WIDTH) ** 2).sum())
@@ -99,17 +98,6 @@ def learn(cases: Sequence[Case]) -> Learnt:
         loss, begin, method="Nelder-Mead", options={"maxiter": 900, "xatol": 0.02, "fatol": 0.02}
     )
     return learnt(found.x)
-
-
-def hiding(cases: Sequence[Case]) -> float:
-    """RMS distance of the recalibrated rigs of cases with a cause from their priors, in standard deviations."""
-    bare = [
-        m.strain
-        for c in cases
-        for m in c.evidence
-        if () not in c.right and not (m.explanation or m.discrepancy)
-    ]
-    return float(np.sqrt(np.mean(bare) / len(RIG))) if bare else BEGIN.hiding
 
 
 def freedom_elsewhere(cases: Sequence[Case]) -> float:

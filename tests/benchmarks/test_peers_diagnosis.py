@@ -142,7 +142,6 @@ def write_run(run: Path, row: dict[str, object] | None) -> None:
                 "discrepancy": 0.0,
                 "objective": 9.0,
                 "log_occam": -1.0,
-                "strain": 2.0,
                 "force_changes_n": [],
             }
         ],
@@ -170,7 +169,7 @@ def test_a_scored_run_is_read(tmp_path: Path) -> None:
     (case,) = read_run(tmp_path)
     assert (case.kind, case.truth, case.withheld) == ("unknown", ("unknown",), "coulomb_friction")
     assert case.ours == Named(((("gravity",), 0.7), ((), 0.3)), 12.5)
-    assert case.evidence == (Marginal((), 0.0, 9.0, -1.0, 2.0),)
+    assert case.evidence == (Marginal((), 0.0, 9.0, -1.0),)
     assert not judge(case, case.ours).right  # gravity is no neighbour, end_stop is
     assert judge(case, Named(((("end_stop",), 0.7),), 1.0)).right
 

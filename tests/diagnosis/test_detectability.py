@@ -77,7 +77,7 @@ def test_pairs_are_stated_by_the_laws_that_matter() -> None:
         ("coulomb_friction", "sensor_lag"): (20.0, 1.0),
         ("coulomb_friction", "sensor_scale"): (20.0, 1.0),
     }
-    told = posterior([Marginal(e, 0.0, 0.0, 0.0, 0.0, changes) for e, changes in laws.items()])
+    told = posterior([Marginal(e, 0.0, 0.0, 0.0, changes) for e, changes in laws.items()])
     first, second, third = laws
     (pair,) = stated([Pair((first, second), 0.4), Pair((first, third), 0.2)], told)
     assert pair == Pair((("gravity",), ("coulomb_friction",)), 0.4)

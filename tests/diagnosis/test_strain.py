@@ -24,7 +24,7 @@ def test_a_parameter_far_from_what_is_stated_is_named(diagnosed: Diagnosis) -> N
         in said
     )
     assert "contact stiffness" in said
-    assert doubt((mass,), "gravity").startswith("gravity fits best, but only with the moving mass m ")
+    assert doubt((mass,), "gravity").startswith("gravity fits only with the moving mass m ")
 
 
 def test_a_rig_within_its_priors_is_none(diagnosed: Diagnosis) -> None:

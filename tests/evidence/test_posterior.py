@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
 from acf_jax.evidence.learnt import LEARNT, Learnt, read_calibration
 from acf_jax.evidence.marginal import Marginal
@@ -10,7 +9,7 @@ from acf_jax.evidence.posterior import UNKNOWN, Scored, credible_set, log_poster
 from acf_jax.inference.discrepancy import FORMS, SIZES
 from acf_jax.inference.parameters import Explanation
 
-PLAIN = Learnt(temperature=2.0, effect=3.0, free_curve=7.0, hiding=4.0, elsewhere=0.3)
+PLAIN = Learnt(temperature=2.0, effect=3.0, free_curve=7.0, elsewhere=0.3)
 GRAVITY, FRICTION, ROBOT = ("gravity",), ("coulomb_friction",), ("unknown_robot",)
 
 
@@ -36,29 +35,6 @@ def test_log_evidence_counts_by_its_temperature() -> None:
     assert p[GRAVITY] / p[FRICTION] == pytest.approx(np.exp(5.0 / PLAIN.temperature))
 
 
-def test_a_rig_far_from_what_is_known_of_it_speaks_for_an_unknown_cause() -> None:
-    """However well gravity fits; the odds are those of a rig 4 deviations off in each constant against one."""
-
-    def told(strain: float) -> dict[Explanation, float]:
-        rows = [Marginal(GRAVITY, 0.0, 500.0, 0.0, strain), Marginal(FRICTION, 0.0, 700.0, 0.0, 100.0)]
-        return dict(posterior(rows, PLAIN).scored)
-
-    for strain in (4.0, 30.0):
-        density = [norm(scale=scale).logpdf(np.sqrt(strain / 4)) * 4 for scale in (4.0, 1.0)]
-        odds = np.exp(density[0] - density[1] - PLAIN.free_curve)
-        assert told(strain)[UNKNOWN] / told(strain)[GRAVITY] == pytest.approx(odds, rel=1e-6)
-    assert told(4.0)[UNKNOWN] < 1e-4 < 0.9 < told(50.0)[UNKNOWN]
-    assert told(50.0)[FRICTION] < 1e-9  # what hides behind a hopeless explanation does not count
-
-
-def test_a_rig_that_is_as_stated_where_forms_may_be_wrong_hides_no_cause() -> None:
-    def unknown(strain: float) -> float:
-        rows = [Marginal(GRAVITY, 0.003, 500.0, 0.0, 50.0), Marginal(GRAVITY, 0.03, 520.0, 0.0, strain)]
-        return dict(posterior(rows, PLAIN).scored)[UNKNOWN]
-
-    assert unknown(4.0) < 1e-4 < 0.9 < unknown(50.0)
-
-
 def test_an_explanation_is_as_probable_as_beside_all_discrepancies_together() -> None:
     rows = [Marginal((), 0.0, 600.0, 0.0), Marginal(GRAVITY, 0.0, 510.0, 0.0)]
     beside = [Marginal(GRAVITY, size, 505.0, 0.0) for size in SIZES]
@@ -73,7 +49,8 @@ def test_where_a_cause_is_missing_none_is_unknown() -> None:
     for size, share in ((0.03, 0.0), (0.1, 1.0)):
         rows = [Marginal((), size, 500.0, 0.0), Marginal(GRAVITY, size, 600.0, 0.0)]
         found = posterior(rows, PLAIN)
-        assert dict(found.scored)[UNKNOWN] == pytest.approx(share, abs=1e-4) and found.missed == size
+        assert dict(found.scored).get(UNKNOWN, 0.0) == pytest.approx(share, abs=1e-4)
+        assert found.missed == size
 
 
 def test_the_component_of_an_unknown_cause_is_told_by_its_curves_and_several_laws_count_each() -> None:
@@ -91,9 +68,9 @@ def test_the_component_of_an_unknown_cause_is_told_by_its_curves_and_several_law
 
 
 def test_the_best_free_curve_is_told_though_a_law_fits_better_by_any_factor() -> None:
-    """An unknown cause may lead because the rig of a law is strained; its curves then have next to no probability."""
+    """An unknown cause may lead because all fits miss the force by far; its curves then have next to no probability."""
     contact, sensor = ("unknown_contact",), ("unknown_sensor",)
-    rows = [Marginal(("pad_bottoming",), 0.0, 500.0, 0.0, strain=400.0)]
+    rows = [Marginal((), 0.1, 400.0, 0.0), Marginal(("pad_bottoming",), 0.0, 500.0, 0.0)]
     rows += [
         Marginal(e, 0.0, x, 0.0) for e, x in ((contact, 2e6), (ROBOT, 9e4), (sensor, 4e4), (sensor, 5e4))
     ]
@@ -117,7 +94,7 @@ def test_what_is_learnt_is_few_numbers_with_their_origin() -> None:
 
 
 def _with_changes(rows: dict[Explanation, tuple[float, tuple[float, ...]]]) -> list[Marginal]:
-    return [Marginal(e, 0.0, -z, 0.0, 0.0, changes) for e, (z, changes) in rows.items()]
+    return [Marginal(e, 0.0, -z, 0.0, changes) for e, (z, changes) in rows.items()]
 
 
 def test_an_explanation_is_stated_by_the_laws_that_matter() -> None:
@@ -144,11 +121,11 @@ def test_a_small_law_that_data_need_where_forms_may_be_wrong_is_stated() -> None
     pair, changes = ("fixture_mass", "gravity"), (1.5, 20.0)
 
     def stated(without_fixture: float) -> Explanation:
-        exact = [Marginal(GRAVITY, 0.0, 300.0, 0.0), Marginal(pair, 0.0, 0.0, 0.0, 0.0, changes)]
+        exact = [Marginal(GRAVITY, 0.0, 300.0, 0.0), Marginal(pair, 0.0, 0.0, 0.0, changes)]
         beside = [
             Marginal(GRAVITY, FORMS, 150.0 + without_fixture, 0.0),
-            Marginal(pair, FORMS, 150.0, 0.0, 0.0, changes),
-            Marginal(("coulomb_friction", "fixture_mass"), FORMS, 160.0, 0.0, 0.0, changes[::-1]),
+            Marginal(pair, FORMS, 150.0, 0.0, changes),
+            Marginal(("coulomb_friction", "fixture_mass"), FORMS, 160.0, 0.0, changes[::-1]),
         ]
         return posterior([*exact, *beside], PLAIN).scored[0].explanation
 
@@ -195,4 +172,4 @@ def test_a_free_curve_is_the_form_of_a_law_that_has_95_percent_of_what_it_explai
 def test_laws_are_minor_beyond_the_largest_that_hold_95_percent(
     changes: tuple[float, ...], small: set[str]
 ) -> None:
-    assert minor(Marginal(("a", "b", "c"), 0.0, 0.0, 0.0, 0.0, changes)) == small
+    assert minor(Marginal(("a", "b", "c"), 0.0, 0.0, 0.0, changes)) == small

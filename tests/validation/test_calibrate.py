@@ -5,7 +5,7 @@ import pytest
 
 from acf_jax.evidence.learnt import LEARNT
 from acf_jax.evidence.marginal import Marginal
-from validation.calibrate import DEGREES, HOLD, Case, _tails, freedom_elsewhere, hiding, learn
+from validation.calibrate import DEGREES, HOLD, Case, _tails, freedom_elsewhere, learn
 
 FRICTION, GRAVITY = ("coulomb_friction",), ("gravity",)
 
@@ -26,15 +26,6 @@ def test_an_interval_reaches_the_truth_on_its_own_side(side: int) -> None:
 def test_nothing_is_added_where_every_truth_is_in_the_middle() -> None:
     low, high = _tails(LEARNT.elsewhere)
     assert freedom_elsewhere([case(-1.0, (-1.0, -0.9 + high, -1.1 + low))] * 5) == DEGREES[0]
-
-
-def test_how_far_a_rig_is_strained_is_told_by_what_refitting_alone_makes_of_rigs_with_a_cause() -> None:
-    def of(right: tuple[str, ...], strain: float) -> Case:
-        evidence = [Marginal((), 0.0, 9.0, 0.0, strain), Marginal((), 0.01, 9.0, 0.0, 1e6)]
-        evidence.append(Marginal(FRICTION, 0.0, 9.0, 0.0, 1e6))
-        return Case("set", "single", evidence, frozenset({right}), None, 0.0)
-
-    assert hiding([of(FRICTION, 30.0), of(FRICTION, 98.0), of((), 1e6)]) == pytest.approx(4.0)
 
 
 def test_evidence_that_is_surer_than_right_is_divided_by_more() -> None:

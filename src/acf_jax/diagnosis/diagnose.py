@@ -36,7 +36,7 @@ from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Observations, observe
-from acf_jax.inference.parameters import Explanation, begin, is_free_curve, label
+from acf_jax.inference.parameters import Explanation, begin, label
 from acf_jax.inference.scatter import with_scatter
 
 ONE_CONDITION = (
@@ -228,7 +228,7 @@ def diagnose(
             *map(statements.of_ring, observations.rings),
             *statements.of_scatter(quality.noise.std, observations),
             *filter(None, [strain.statement(strain.strains(recalibrated, observations.prior))]),
-            *filter(None, [_doubt(scored[0].explanation, fits, evidence, observations)]),
+            *filter(None, [_doubt(first.explanation, corrected, observations)]),
             *filter(None, [motion.statement(observations, recalibrated)]),
             *statements.of_discrepancy(told),
             *statements.of_form(first.explanation, corrected.explanation, evidence),
@@ -318,12 +318,8 @@ def _peak_shrinkage(observations: Observations, held: dict[str, HeldOut], seed: 
     return found if found and found.value > 0 else None
 
 
-def _doubt(
-    first: Explanation, fits: Sequence[Fit], evidence: Sequence[Marginal], observations: Observations
-) -> str:
-    """That laws fit best where an unknown cause leads: their rig is strained."""
-    best = max(evidence, key=lambda m: m.log_z).explanation
-    if first != UNKNOWN or is_free_curve(best) or not best:
+def _doubt(named: Explanation, corrected: Fit, observations: Observations) -> str:
+    """What speaks against the laws named: they leave the rig strained."""
+    if named in ((), UNKNOWN):
         return ""
-    (fitted,) = (f for f in fits if f.explanation == best)
-    return strain.doubt(strain.strains(fitted, observations.prior), label(best).lower())
+    return strain.doubt(strain.strains(corrected, observations.prior), label(named).lower())

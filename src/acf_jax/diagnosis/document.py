@@ -66,7 +66,6 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "discrepancy": m.discrepancy,
                 "objective": _round(m.objective, 9),
                 "log_occam": _round(m.log_occam, 7),
-                "strain": _round(m.strain),
                 "force_changes_n": [_round(value) for value in m.changes],
             }
             for m in d.evidence

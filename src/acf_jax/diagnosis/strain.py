@@ -34,11 +34,11 @@ def statement(found: Sequence[Strain]) -> str:
 
 
 def doubt(found: Sequence[Strain], name: str) -> str:
-    """Why the explanation that fits best is not believed, in words; empty where no parameter is strained."""
+    """What speaks against the laws that are named, in words; empty where no parameter is strained."""
     if not found:
         return ""
-    again = "measure that again; if it is as stated, another cause acts"
-    return f"{name} fits best, but only with {_listed(found)}: {again}"
+    again = "measure that again; if it is as stated, another cause acts besides"
+    return f"{name} fits only with {_listed(found)}: {again}"
 
 
 def _listed(found: Sequence[Strain]) -> str:

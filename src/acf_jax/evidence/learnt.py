@@ -13,7 +13,6 @@ class Learnt(NamedTuple):
     temperature: float  # by which log evidence is divided: it is surer than it is right
     effect: float  # cost of each law, in log probability
     free_curve: float  # cost of a free curve, or of any other unknown cause
-    hiding: float  # RMS distance of a rig from its prior, in standard deviations, where a cause is refitted into it
     elsewhere: float  # degrees of freedom of the mean square that is left of a gap on other conditions
 
 

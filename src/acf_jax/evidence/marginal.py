@@ -28,8 +28,7 @@ class Marginal(NamedTuple):
     discrepancy: float  # size, of the force
     objective: float
     log_occam: float  # log Z + objective
-    strain: float = 0.0  # squared distance of the rig from its prior, in standard deviations
-    changes: tuple[float, ...] = ()  # N RMS, what each law changes about the force; none where not asked
+    changes: tuple[float, ...] = ()  # N RMS, how large each of several laws is
 
     @property
     def log_z(self) -> float:
@@ -50,7 +49,6 @@ def read_evidence(path: Path) -> tuple[Marginal, ...]:
                 entry["discrepancy"],
                 entry["objective"],
                 entry["log_occam"],
-                entry["strain"],
                 tuple(entry["force_changes_n"]),
             )
             for entry in content.get("evidence") or ()
@@ -74,9 +72,8 @@ def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> 
         occam -= np.log(2.0 ** len(strengths) - 1) + np.log(2.0) * effect.acts_either_way()
     free = ~held
     volume = np.linalg.slogdet(fitted.hessian[np.ix_(free, free)])[1] - fitted.log_det_nuisances
-    strain = float((fitted.u[: len(RIG)] ** 2).sum())
     return Marginal(
-        fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume - log_volume), strain
+        fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume - log_volume)
     )
 
 

@@ -8,26 +8,23 @@ of Bayesian inference for misspecified linear models, and a proposal for repairi
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
 large ones get wrong: they are background, unless data need them where those forms may be wrong. So is a free curve
 beside laws that have 95 % of what it explains: it is their form, which is not exact, and no cause of its own.
-
-What no explanation has is often refitted into the rig. A rig far from what is known of it therefore speaks for an
-unknown cause, however well the explanation fits (prior-data conflict: Box, 'Sampling and Bayes' inference in scientific
-modelling and robustness', J. R. Stat. Soc. A 143, 1980).
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import expit, softmax
+from scipy.special import softmax
 
 from acf_jax.effects import COMPONENTS
 from acf_jax.evidence.learnt import LEARNT, Learnt
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.inference.discrepancy import FORMS
-from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve, split
+from acf_jax.inference.parameters import Explanation, component_of, is_free_curve, split
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
+TINY = float(np.finfo(float).tiny)  # odds of any two explanations exist
 
 
 class Scored(NamedTuple):
@@ -91,23 +88,6 @@ def log_posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> np.
     return np.array([m.log_z / learnt.temperature - cost(m.explanation, learnt) for m in marginals])
 
 
-def hidden(m: Marginal, learnt: Learnt = LEARNT) -> float:
-    """Probability that besides what an explanation has an unknown cause is there and to be stated, were nothing else
-    possible.
-
-    A discrepancy that is larger than forms are wrong is such a cause where there is no law. Or a cause hides in the
-    rig: then each of its constants lies `hiding` standard deviations from what is known of it, not one. A free curve is
-    unknown already.
-    """
-    if is_free_curve(m.explanation):
-        return 0.0
-    if not m.explanation and m.discrepancy > FORMS:
-        return 1.0
-    wide = learnt.hiding
-    log_odds = 0.5 * m.strain * (1 - wide**-2) - len(RIG) * np.log(wide) - learnt.free_curve
-    return float(expit(log_odds))
-
-
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals, learnt)
@@ -115,27 +95,16 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
     sure = certain(marginals, log_p)
     told = {m.explanation: _as_stated(m, sure) for m in marginals}
     beside: dict[Explanation, dict[float, float]] = {}
-    tiny = float(np.finfo(float).tiny)
-    strain = _strain(marginals)
     for m, value in zip(marginals, p.tolist(), strict=True):
-        unknown = value * hidden(m._replace(strain=strain[m.explanation]), learnt)
-        for explanation, part in ((told[m.explanation], value - unknown), (UNKNOWN, unknown)):
-            sizes = beside.setdefault(explanation, {})
-            sizes[m.discrepancy] = sizes.get(m.discrepancy, tiny) + part
+        is_missing = not m.explanation and m.discrepancy > FORMS
+        sizes = beside.setdefault(UNKNOWN if is_missing else told[m.explanation], {})
+        sizes[m.discrepancy] = sizes.get(m.discrepancy, TINY) + value
     total = {e: sum(sizes.values()) for e, sizes in beside.items()}
     return Posterior(
         ranked(total),
         _behind(marginals, log_p, told),
         {e: {size: value / total[e] for size, value in sizes.items()} for e, sizes in beside.items()},
     )
-
-
-def _strain(marginals: Sequence[Marginal]) -> dict[Explanation, float]:
-    """How strained the rig of each explanation is beside the largest discrepancy it was weighed with.
-
-    Beside smaller ones a rig makes up for what forms get wrong, too: that is no cause.
-    """
-    return {m.explanation: m.strain for m in sorted(marginals, key=lambda m: m.discrepancy)}
 
 
 def _with_remainders(marginals: Sequence[Marginal], log_p: np.ndarray) -> np.ndarray:
@@ -209,9 +178,8 @@ def _behind(
     for m, value in zip(marginals, log_p.tolist(), strict=True):
         of = log_shares.setdefault(told[m.explanation], {})
         of[m.explanation] = float(np.logaddexp(of.get(m.explanation, -np.inf), value))
-    tiny = np.finfo(float).tiny
     return {
-        stated: dict(zip(of, np.maximum(softmax(list(of.values())), tiny).tolist(), strict=True))
+        stated: dict(zip(of, np.maximum(softmax(list(of.values())), TINY).tolist(), strict=True))
         for stated, of in log_shares.items()
     }
 
