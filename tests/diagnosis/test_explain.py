@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from acf_jax.diagnosis.candidates import fit_nominal
+from acf_jax.diagnosis.diagnose import _corrected
 from acf_jax.diagnosis.explain import _Weighed, explain
 from acf_jax.diagnosis.proposals import add, drop, swap
 from acf_jax.evidence.marginal import Marginal
@@ -164,3 +165,13 @@ def test_where_all_laws_are_hopeless_none_leads() -> None:
     assert _Weighed.best_laws(cast(_Weighed, weighed), 0.01) == []
     assert _Weighed.best_laws(cast(_Weighed, weighed), 0.0) == [weighed.marginals[1]]
     assert not _Weighed.is_wider_better(cast(_Weighed, weighed), 0.0)
+
+
+def test_where_every_free_curve_breaks_down_the_recalibrated_model_stands_for_an_unknown_cause(
+    alone: list[Fit],
+) -> None:
+    """No law, and all of it missed by a tenth of the force."""
+    rows = [Marginal((), 0.1, 1.0, 0.0), *(Marginal(f.explanation, 0.0, 900.0, 0.0) for f in alone)]
+    told = posterior(rows)
+    assert told.scored[0].explanation == UNKNOWN
+    assert _corrected(alone, np.array([told.of(f.explanation) for f in alone]), told) is alone[0]

@@ -276,10 +276,13 @@ def _alone(
 
 
 def _corrected(fits: Sequence[Fit], probability: np.ndarray, told: Posterior) -> Fit:
-    """The most probable fit behind the most probable explanation: of an unknown cause the best free curve's."""
+    """The most probable fit behind the most probable explanation: of an unknown cause the best free curve's.
+
+    The recalibrated model where every free curve breaks down.
+    """
     first = told.scored[0].explanation
     matching = [i for i, f in enumerate(fits) if told.stated(f.explanation) == first]
-    return fits[max(matching, key=lambda i: probability[i])]
+    return fits[max(matching, key=lambda i: probability[i], default=0)]
 
 
 def _unfitted(observations: Observations) -> Fit:
