@@ -344,7 +344,7 @@ def test_the_drawn_impact_obeys_the_contact_law(curve: str, strengths: dict[str,
 
 
 def test_numbers_in_words() -> None:
-    assert percent(0.9996) == "> 99 %" and percent(1e-9) == "< 1 %" and percent(0.5) == "50 %"
+    assert percent(0.9996) == percent(1.0) == "> 99 %" and percent(1e-9) == "< 1 %" and percent(0.5) == "50 %"
     assert percent(-0.26) == "−26 %" and percent(0.031, signed=True) == "+3 %" and percent(None) == "–"
     assert (
         si(-540.0, 2) == "−540"

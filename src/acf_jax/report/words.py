@@ -54,7 +54,7 @@ def percent(share: float | None, digits: int = 0, signed: bool = False) -> str:
         return f"{value:+.{digits}f} %".replace("-", "−")
     if 0 <= value < least:
         return f"< {least:g} %"
-    if 100 - least < value < 100:
+    if 100 - least < value <= 100:
         return f"> {100 - least:g} %"
     return f"{value:.{digits}f} %".replace("-", "−")
 
