@@ -101,10 +101,7 @@ def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
 
 def test_what_breaks_down_without_a_discrepancy_has_no_model_and_is_left_out() -> None:
     rows = [Marginal((), 0.0, 9.0, 0.0), Marginal(("gravity",), 0.3, 1.0, 0.0)]
-    exact = {0.0: SimpleNamespace(used=None)}
-    weighed = SimpleNamespace(
-        plain={(): None}, marginals=rows, observations=exact, _considerable=list, _take_apart=list
-    )
+    weighed = SimpleNamespace(plain={(): None}, marginals=rows, _considerable=list, _take_apart=list)
     assert [m.explanation for m in _Weighed.with_changes(cast(_Weighed, weighed))] == [()]
 
 

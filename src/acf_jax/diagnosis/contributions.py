@@ -19,7 +19,7 @@ from acf_jax.evidence.posterior import Scored
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve
+from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve, rests
 
 BACKGROUND, SCATTER = "background", "scatter"
 RESAMPLES = 1000  # of the bootstrap: the ends of an interval are known to a few hundredths of its width
@@ -137,14 +137,14 @@ def _changes(o: Observations, fits: Sequence[Fit], corrected: Fit, named: Sequen
     That is its Shapley value as long as effects act on one another in pairs.
     """
     effects = corrected.explanation
-    rests = {name: tuple(e for e in effects if e != name) for name in named}
+    without = {name: rest for name, rest in zip(effects, rests(effects), strict=True) if name in named}
     known = {f.explanation: f for f in fits} | {effects: corrected}
-    wanted = {(), effects, *rests.values(), *((name,) for name in named)}
+    wanted = {(), effects, *without.values(), *((name,) for name in named)}
     missing = sorted(wanted - known.keys())
     found = in_parallel([partial(_without_others, o, corrected, s) for s in missing])
     known |= dict(zip(missing, found, strict=True))
     force = {s: known[s].as_commanded() for s in wanted}
-    return [(force[(name,)] - force[()] + force[effects] - force[rest]) / 2 for name, rest in rests.items()]
+    return [(force[(name,)] - force[()] + force[effects] - force[rest]) / 2 for name, rest in without.items()]
 
 
 def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fit:

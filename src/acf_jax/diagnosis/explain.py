@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax.diagnosis.candidates import best_of_each, in_parallel
-from acf_jax.diagnosis.proposals import NEAR, PROPOSALS, without
+from acf_jax.diagnosis.proposals import NEAR, PROPOSALS, without_each
 from acf_jax.evidence.marginal import Marginal, marginal
 from acf_jax.evidence.posterior import log_posterior
 from acf_jax.inference.baseline import Ground
@@ -27,7 +27,7 @@ from acf_jax.inference.changes import changes
 from acf_jax.inference.discrepancy import FORMS, SIZES, discrepancy
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import Explanation, is_free_curve
+from acf_jax.inference.parameters import Explanation, is_free_curve, rests
 from acf_jax.inference.small_effects import small_effects
 
 SINGLES, SEVERAL = 6, 8  # explanations by one law, and by several, that are fitted beside a discrepancy
@@ -215,8 +215,8 @@ class _Weighed:
         """
         laws = [e for e in self._considerable() if len(e) > 1 and e in self.plain and not is_free_curve(e)]
         self._take_apart(laws)
-        whole = [e for e in laws if {*_rests(e)} <= self.plain.keys()]
-        tasks = [partial(changes, self.plain[e], [self.plain[rest] for rest in _rests(e)]) for e in whole]
+        whole = [e for e in laws if {*rests(e)} <= self.plain.keys()]
+        tasks = [partial(changes, self.plain[e], [self.plain[rest] for rest in rests(e)]) for e in whole]
         of = dict(zip(whole, in_parallel(tasks), strict=True))
         sound = (m for m in self.marginals if m.explanation in self.plain)
         return [m._replace(changes=of.get(m.explanation, ())) for m in sound]
@@ -224,13 +224,8 @@ class _Weighed:
     def _take_apart(self, explanations: Sequence[Explanation]) -> None:
         """Fit explanations without each of their laws, with exact forms."""
         exact, known = self.observations[0.0], self.known(0.0)
-        tasks = [
-            partial(without, exact, self.plain[e], name, NEAR)
-            for e in explanations
-            for name, rest in zip(e, _rests(e), strict=True)
-            if rest not in known
-        ]
-        self.take(best_of_each(in_parallel(tasks)), 0.0)
+        found = chain.from_iterable(without_each(exact, self.plain[e], known) for e in explanations)
+        self.take(best_of_each(found), 0.0)
 
     def _considerable(self) -> list[Explanation]:
         """What is not negligible beside some size."""
@@ -266,11 +261,6 @@ class _Weighed:
         """Explanations that are not hopeless beside a size."""
         log_z = {e: self.ends[e, size].evidence.log_z for e in self.known(size)}
         return {e for e, value in log_z.items() if value > max(log_z.values()) - HOPELESS}
-
-
-def _rests(explanation: Explanation) -> list[Explanation]:
-    """An explanation without each of its laws."""
-    return [tuple(law for law in explanation if law != name) for name in explanation]
 
 
 def _chosen(fits: Sequence[Fit]) -> list[Explanation]:

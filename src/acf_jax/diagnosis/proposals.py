@@ -11,7 +11,7 @@ from acf_jax.evidence.learnt import LEARNT
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation
+from acf_jax.inference.parameters import RIG, Explanation, rests
 
 PROMISING = 3  # explanations of each kind that are fitted: of more, those that promise less hardly ever win
 NEAR = 20  # iterations of a fit that begins near its optimum
@@ -59,13 +59,7 @@ def add(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) ->
 
 def drop(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
     """The fit without each of its laws, or of its free curve."""
-    leader, done = ground.fitted, set(known)
-    tasks = [
-        partial(without, ground.observations, leader, name, NEAR)
-        for name in leader.explanation
-        if tuple(e for e in leader.explanation if e != name) not in done
-    ]
-    return in_parallel(tasks)
+    return without_each(ground.observations, ground.fitted, known)
 
 
 def swap(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
@@ -93,6 +87,17 @@ def without(o: Observations, fitted: Fit, name: str, iterations: int) -> Fit:
     theta = np.concatenate([fitted.theta[: len(RIG)], *(blocks[effect] for effect in rest), shared])
     again = partial(fit, o, tuple(rest), program=fitted.program)
     return again(theta, fitted.nuisance, warm=True, iterations=iterations)
+
+
+def without_each(o: Observations, fitted: Fit, known: Iterable[Explanation]) -> list[Fit]:
+    """A fit without each of its laws, but for what is known."""
+    done, own = set(known), fitted.explanation
+    tasks = [
+        partial(without, o, fitted, name, NEAR)
+        for name, rest in zip(own, rests(own), strict=True)
+        if rest not in done
+    ]
+    return in_parallel(tasks)
 
 
 def _promising(found: Iterable[Couple], known: Iterable[Explanation], below: float) -> list[Couple]:

@@ -69,6 +69,11 @@ def neutral(explanation: Explanation) -> np.ndarray:
     return np.array([p.scale if p.shape else 0.0 for p in known])
 
 
+def rests(explanation: Explanation) -> list[Explanation]:
+    """An explanation without each of its effects, in their order."""
+    return [tuple(other for other in explanation if other != name) for name in explanation]
+
+
 def switched_off(explanation: Explanation, physical: np.ndarray, off: Iterable[str]) -> np.ndarray:
     """The parameters of rig and effects with some of the effects neutral."""
     found = physical.copy()
