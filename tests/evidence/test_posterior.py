@@ -158,6 +158,21 @@ def test_a_free_curve_is_the_form_of_a_law_that_has_95_percent_of_what_it_explai
     assert posterior([*rows, *(m._replace(objective=100.0) for m in wide)], PLAIN).of(ROBOT) > 0.9
 
 
+def test_what_a_free_curve_explains_is_counted_beside_its_own_laws() -> None:
+    """Of two causes at the sensor a law has one; what another law has besides is not what the curve has."""
+    mass, curved = ("fixture_mass",), ("fixture_mass", "unknown_sensor")
+    rows = [
+        Marginal((), 0.0, 9500.0, 0.0),
+        Marginal(mass, 0.0, 700.0, 0.0),
+        Marginal(curved, 0.0, 500.0, 0.0),
+        Marginal(("fixture_mass", "sensor_lag"), 0.0, 600.0, 0.0),
+    ]
+    assert posterior(rows, PLAIN).scored[0].explanation == UNKNOWN
+    near = [*rows, Marginal(("fixture_mass", "sensor_scale"), 0.0, 509.0, 0.0)]
+    assert posterior(near, PLAIN).scored[0].explanation == ("fixture_mass", "sensor_scale")
+    assert posterior([rows[0], *rows[2:]], PLAIN).scored[0].explanation == UNKNOWN  # its own laws were not fitted
+
+
 @pytest.mark.parametrize(
     "changes, small",
     [

@@ -123,20 +123,21 @@ def _with_remainders(marginals: Sequence[Marginal], log_p: np.ndarray) -> np.nda
 
 
 def forms(marginals: Sequence[Marginal]) -> dict[Explanation, set[Explanation]]:
-    """Of explanations with a free curve: laws, no more of them, that have 95 % of what it explains.
+    """Of explanations with a free curve: laws, no more of them, that have 95 % of what the curve explains.
 
-    One of them acts where the curve does: what the curve explains besides is what the form of that law gets wrong, and
-    small effects. By half the chi-square of exact forms, which counts mean squares of the force.
+    That is beside its own laws. One of the others acts where the curve does: what the curve explains besides is what
+    the form of that law gets wrong, and small effects. By half the chi-square of exact forms, which counts mean squares
+    of the force.
     """
     exact = {m.explanation: m.objective for m in marginals if not m.discrepancy}
     found: dict[Explanation, set[Explanation]] = {}
-    for curved in filter(is_free_curve, exact if () in exact else ()):
-        _, (curve,) = split(curved)
-        explained = exact[()] - exact[curved]
-        enough = exact[curved] + (1 - CREDIBLE) * explained
+    for curved in filter(is_free_curve, exact):
+        own, (curve,) = split(curved)
+        without = exact.get(own, -np.inf)
+        enough = exact[curved] + (1 - CREDIBLE) * (without - exact[curved])
         for laws, objective in exact.items():
             few = 0 < len(laws) <= len(curved) and not is_free_curve(laws)
-            if few and component_of(curve) in map(component_of, laws) and objective <= enough < exact[()]:
+            if few and component_of(curve) in map(component_of, laws) and objective <= enough < without:
                 found.setdefault(curved, set()).add(laws)
     return found
 
