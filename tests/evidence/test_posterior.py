@@ -170,7 +170,9 @@ def test_what_a_free_curve_explains_is_counted_beside_its_own_laws() -> None:
     assert posterior(rows, PLAIN).scored[0].explanation == UNKNOWN
     near = [*rows, Marginal(("fixture_mass", "sensor_scale"), 0.0, 509.0, 0.0)]
     assert posterior(near, PLAIN).scored[0].explanation == ("fixture_mass", "sensor_scale")
-    assert posterior([rows[0], *rows[2:]], PLAIN).scored[0].explanation == UNKNOWN  # its own laws were not fitted
+    assert (
+        posterior([rows[0], *rows[2:]], PLAIN).scored[0].explanation == UNKNOWN
+    )  # its own laws were not fitted
 
 
 @pytest.mark.parametrize(

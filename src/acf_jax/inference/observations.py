@@ -104,6 +104,12 @@ class Observations:
         """What tells these observations from others."""
         return digest(self)
 
+    @cached_property
+    def simulated(self) -> np.ndarray:
+        """(trials,) int, which simulation each is of: one a condition, or, of measured motions, one a trial."""
+        of = np.arange(len(self.names)) if self.robot else self.condition
+        return np.unique(of, return_inverse=True)[1]
+
     @property
     def n_used(self) -> int:
         """Number of compared samples; a lower bound hardly counts as one."""
