@@ -143,6 +143,7 @@ def write_run(run: Path, row: dict[str, object] | None) -> None:
                 "objective": 9.0,
                 "log_occam": -1.0,
                 "force_changes_n": [],
+                "log_likelihood_of_conditions": [],
             }
         ],
     }

@@ -35,6 +35,24 @@ def test_log_evidence_counts_by_its_temperature() -> None:
     assert p[GRAVITY] / p[FRICTION] == pytest.approx(np.exp(5.0 / PLAIN.temperature))
 
 
+def _of_conditions(explanation: Explanation, *each: float) -> Marginal:
+    return Marginal(explanation, 0.0, -sum(each), 0.0, of_conditions=each)
+
+
+def test_evidence_counts_for_less_where_conditions_disagree() -> None:
+    """By 20 in all, of which each condition has its share, or one has all and others speak against it."""
+
+    def of_gravity(*each: float) -> float:
+        rows = [_of_conditions(GRAVITY, *each), _of_conditions(FRICTION, *(0.0 for _ in each))]
+        return dict(posterior(rows, PLAIN).scored)[GRAVITY]
+
+    alone = _told({GRAVITY: -20.0, FRICTION: 0.0})[GRAVITY]
+    assert of_gravity(20.0) == pytest.approx(alone)  # of one condition nothing is known
+    assert of_gravity(20 / 3, 20 / 3, 20 / 3) == pytest.approx(alone)
+    # drawn anew the first condition is missing in (2/3)^3 = 8 of 27 data sets
+    assert of_gravity(24.0, -2.0, -2.0) == pytest.approx(1 - 8 / 27, abs=0.05)
+
+
 def test_an_explanation_is_as_probable_as_beside_all_discrepancies_together() -> None:
     rows = [Marginal((), 0.0, 600.0, 0.0), Marginal(GRAVITY, 0.0, 510.0, 0.0)]
     beside = [Marginal(GRAVITY, size, 505.0, 0.0) for size in SIZES]

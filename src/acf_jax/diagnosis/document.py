@@ -67,6 +67,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "objective": _round(m.objective, 9),
                 "log_occam": _round(m.log_occam, 7),
                 "force_changes_n": [_round(value) for value in m.changes],
+                "log_likelihood_of_conditions": [_round(value, 7) for value in m.of_conditions],
             }
             for m in d.evidence
         ],

@@ -29,6 +29,9 @@ class Marginal(NamedTuple):
     objective: float
     log_occam: float  # log Z + objective
     changes: tuple[float, ...] = ()  # N RMS, how large each of several laws is
+    of_conditions: tuple[
+        float, ...
+    ] = ()  # log likelihood of each condition's trials, nuisances integrated out
 
     @property
     def log_z(self) -> float:
@@ -50,6 +53,7 @@ def read_evidence(path: Path) -> tuple[Marginal, ...]:
                 entry["objective"],
                 entry["log_occam"],
                 tuple(entry["force_changes_n"]),
+                tuple(entry["log_likelihood_of_conditions"]),
             )
             for entry in content.get("evidence") or ()
         )
@@ -71,9 +75,16 @@ def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> 
         occam += _of_size(fitted.u[acting], variance[np.ix_(acting, acting)])
         occam -= np.log(2.0 ** len(strengths) - 1) + np.log(2.0) * effect.acts_either_way()
     free = ~held
-    volume = np.linalg.slogdet(fitted.hessian[np.ix_(free, free)])[1] - fitted.log_det_nuisances
+    volume = np.linalg.slogdet(fitted.hessian[np.ix_(free, free)])[1] - fitted.log_det_nuisances.sum()
+    o = fitted.observations
+    of_trials = 0.5 * (fitted.log_det_nuisances - fitted.chi2) - log_volume / len(o.names)
+    _, condition = np.unique(o.condition, return_inverse=True)
     return Marginal(
-        fitted.explanation, discrepancy, fitted.objective, float(occam - 0.5 * volume - log_volume)
+        fitted.explanation,
+        discrepancy,
+        fitted.objective,
+        float(occam - 0.5 * volume - log_volume),
+        of_conditions=tuple(np.bincount(condition, of_trials).tolist()),
     )
 
 

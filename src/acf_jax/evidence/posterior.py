@@ -1,9 +1,12 @@
 """From marginal likelihoods to probabilities of explanations and of components, and to the credible set.
 
 The evidence of an explanation is its marginal likelihood, beside some size of a discrepancy that stands for forms which
-are not exact. No model of the data is exact either: neighbouring samples share their errors, so that log evidence is
-surer than it is right. It is divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inconsistency
-of Bayesian inference for misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
+are not exact. No model of the data is exact either. Where conditions disagree about which explanation is the better
+one, others might have said something else: probabilities are those of data sets drawn anew from the conditions, on
+average (Huggins and Miller, 'Reproducible model selection using bagged posteriors', Bayesian Analysis 18, 2023).
+Neighbouring samples share errors, and all conditions do, so that log evidence is surer than it is right still. It is
+divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inconsistency of Bayesian inference for
+misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
 large ones get wrong: they are background, unless data need them where those forms may be wrong. So is a free curve
@@ -14,7 +17,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import softmax
+from scipy.special import log_softmax, logsumexp, softmax
 
 from acf_jax.effects import COMPONENTS
 from acf_jax.evidence.learnt import LEARNT, Learnt
@@ -24,6 +27,7 @@ from acf_jax.inference.parameters import Explanation, component_of, is_free_curv
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95
+DATA_SETS = 500  # drawn from the conditions: a probability of a half is told to 2 %
 TINY = float(np.finfo(float).tiny)  # odds of any two explanations exist
 
 
@@ -84,8 +88,17 @@ def cost(explanation: Explanation, learnt: Learnt = LEARNT) -> float:
 
 
 def log_posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> np.ndarray:
-    """Unnormalised log probability (n,) of each explanation beside its discrepancy, of which none is preferred."""
-    return np.array([m.log_z / learnt.temperature - cost(m.explanation, learnt) for m in marginals])
+    """Log probability (n,) of each explanation beside its discrepancy, of which none is preferred.
+
+    In a data set drawn anew a condition counts as often as it is drawn, beside what fitted all.
+    """
+    log_p = np.array([m.log_z / learnt.temperature - cost(m.explanation, learnt) for m in marginals])
+    of = np.array([m.of_conditions or (0.0,) for m in marginals])
+    conditions = of.shape[1]
+    even = np.full(conditions, 1 / conditions)
+    more = np.random.default_rng(0).multinomial(conditions, even, DATA_SETS) - 1
+    drawn = log_p + more @ of.T / learnt.temperature
+    return np.asarray(logsumexp(log_softmax(drawn, axis=1), axis=0) - np.log(DATA_SETS))
 
 
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:

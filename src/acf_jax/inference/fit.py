@@ -60,7 +60,7 @@ class Fit:
     hessian: np.ndarray  # (p, p) of the objective in u, nuisances eliminated, prior included
     residual: np.ndarray  # (trials, n) N, measured minus fitted
     misfit: float  # chi-square of a sample, at least 1: by how much more than noise the variances are
-    log_det_nuisances: float  # of the inverse curvature in the nuisances, summed over trials
+    log_det_nuisances: np.ndarray  # (trials,) of the inverse curvature in the nuisances
     grid: Grid
 
     @property
@@ -227,10 +227,10 @@ def fit(
         )
         unfinished.keep(key, u, nuisance)
     objective = half_chi_square(linear, u, nuisance)
-    hessian, log_det = np.eye(len(u)), 0.0
+    hessian, log_det = np.eye(len(u)), np.zeros(len(nuisance))
     if np.isfinite(objective):
         normal = normal_equations(linear, u, nuisance)
-        hessian, log_det = normal.hessian, float(np.linalg.slogdet(normal.nuisance_inverse)[1].sum())
+        hessian, log_det = normal.hessian, np.linalg.slogdet(normal.nuisance_inverse)[1]
     residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
     with np.errstate(over="ignore"):  # of an unstable integration
         of_trials = (linear.residual**2).sum(1)

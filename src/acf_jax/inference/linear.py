@@ -152,7 +152,8 @@ def _forces(
     mean /= np.bincount(o.simulated)[:, None]
     found = forward(explanation, physical, mean[:, 0], mean[:, 1], grid, reach, steps=steps)
     rows, beside = found.rows[o.simulated], impacts - mean[o.simulated]
-    rows[:, 0] += (beside[:, None] @ rows[:, 1 + len(physical) : 3 + len(physical)])[:, 0]
+    with np.errstate(over="ignore", invalid="ignore"):  # of an unstable integration
+        rows[:, 0] += (beside[:, None] @ rows[:, 1 + len(physical) : 3 + len(physical)])[:, 0]
     return Forces(found.contact[o.simulated], rows)
 
 
