@@ -11,7 +11,7 @@ import pytest
 from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.diagnose import _corrected
 from acf_jax.diagnosis.explain import _Weighed, explain
-from acf_jax.diagnosis.proposals import add, drop, swap
+from acf_jax.diagnosis.proposals import Leader, add, drop, swap
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, posterior
 from acf_jax.inference.baseline import Ground
@@ -81,7 +81,8 @@ def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
     """And from each to the next narrower one with what was found; exact forms are only weighed."""
     sizes: list[float] = []
 
-    def propose(ground: Ground, effects: object, known: set[Explanation]) -> list[Fit]:
+    def propose(leader: Leader, effects: object, known: set[Explanation]) -> list[Fit]:
+        ground = leader.ground
         waves = ground.observations.discrepancy
         sizes.append(float(np.abs(waves.own).max()) if waves else 0.0)
         if len(sizes) > 1:
@@ -137,21 +138,25 @@ def test_laws_that_explain_as_well_as_others_are_added_to_as_well() -> None:
     assert _leaders(near | {other: -900.0}) == [pair]
 
 
+def led(o: Observations, fitted: Fit) -> Leader:
+    return Leader.of(Ground.of(o, fitted))
+
+
 def test_each_proposal_changes_one_law(two: Observations, alone: list[Fit]) -> None:
     _, gravity, scale, _ = alone
-    (pair, *_) = add(Ground.of(two, gravity), KEPT, ())
+    (pair, *_) = add(led(two, gravity), KEPT, ())
     assert pair.explanation == LAWS and pair.objective < min(gravity.objective, scale.objective)
-    assert {f.explanation for f in drop(Ground.of(two, pair), KEPT, ())} == {("gravity",), ("sensor_scale",)}
-    (kept,) = drop(Ground.of(two, pair), KEPT, [("gravity",)])
-    assert kept.explanation == ("sensor_scale",) and kept.objective <= scale.objective + 0.1
-    swapped = {f.explanation for f in swap(Ground.of(two, pair), KEPT, [LAWS])}
+    dropped = {f.explanation: f for f in drop(led(two, pair), KEPT, ())}
+    assert dropped.keys() == {("gravity",), ("sensor_scale",)}
+    assert dropped["sensor_scale",].objective <= scale.objective + 0.1
+    swapped = {f.explanation for f in swap(led(two, pair), KEPT, [LAWS])}
     assert swapped == {("gravity", "pad_relaxation"), ("pad_relaxation", "sensor_scale")}
-    assert swap(Ground.of(two, gravity), KEPT, ()) == []  # every law is fitted alone
+    assert swap(led(two, gravity), KEPT, ()) == []  # every law is fitted alone
 
 
 def test_a_law_that_promises_less_than_it_costs_is_not_added(two: Observations, alone: list[Fit]) -> None:
-    pair = add(Ground.of(two, alone[1]), KEPT, ())[0]
-    assert add(Ground.of(two, pair), KEPT, ()) == []
+    pair = add(led(two, alone[1]), KEPT, ())[0]
+    assert add(led(two, pair), KEPT, ()) == []
 
 
 def test_where_all_laws_are_hopeless_none_leads() -> None:

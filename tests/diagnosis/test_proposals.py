@@ -60,9 +60,9 @@ def test_what_is_put_in_place_of_different_laws_is_compared_at_optima(
     monkeypatch.setattr(proposals, "couples", couples)
     monkeypatch.setattr(proposals, "PROMISING", 2)
     monkeypatch.setattr(proposals, "fit_couples", lambda o, wanted, *rest, **how: asked.extend(wanted) or [])
-    leader = SimpleNamespace(explanation=("end_stop", "gravity"))
-    ground: Any = SimpleNamespace(observations=None, fitted=leader, beside=lambda rest: rest)
-    proposals.swap(ground, [], [])
+    fitted = SimpleNamespace(explanation=("end_stop", "gravity"))
+    ground: Any = SimpleNamespace(observations=None, fitted=fitted, beside=lambda rest: rest)
+    proposals.swap(proposals.Leader.of(ground), [], [])
     assert [couple.explanation for couple in asked] == [
         ("gravity", "sensor_scale"),
         ("gravity", "sensor_lag"),

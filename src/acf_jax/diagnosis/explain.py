@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax.diagnosis.candidates import best_of_each, in_parallel
-from acf_jax.diagnosis.proposals import NEAR, PROPOSALS, without_each
+from acf_jax.diagnosis.proposals import NEAR, PROPOSALS, Leader, without_each
 from acf_jax.evidence.marginal import Marginal, marginal
 from acf_jax.evidence.posterior import log_posterior
 from acf_jax.inference.baseline import Ground
@@ -75,8 +75,8 @@ def _improve(weighed: "_Weighed", effects: Sequence[str], leaders: Callable[[], 
         new = [m for m in leaders() if (m.explanation, m.discrepancy) not in asked]
         asked |= {(m.explanation, m.discrepancy) for m in new}
         for leader in new:
-            ground, known = weighed.ground(leader), weighed.known(leader.discrepancy)
-            found = chain.from_iterable(propose(ground, effects, known) for propose in PROPOSALS)
+            begun, known = Leader.of(weighed.ground(leader)), weighed.known(leader.discrepancy)
+            found = chain.from_iterable(propose(begun, effects, known) for propose in PROPOSALS)
             weighed.take(best_of_each(found), leader.discrepancy)
 
 

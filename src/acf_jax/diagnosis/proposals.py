@@ -32,6 +32,18 @@ class Couple(NamedTuple):
         return tuple(sorted((*self.leader.explanation, self.name)))
 
 
+class Leader(NamedTuple):
+    """What proposals start from."""
+
+    ground: Ground
+    rests: Sequence[Fit]  # without each of its laws, or its free curve
+
+    @classmethod
+    def of(cls, ground: Ground) -> "Leader":
+        """The fit of a ground, and what is left of it without each of its laws, fitted again."""
+        return cls(ground, without_each(ground.observations, ground.fitted, ()))
+
+
 def couples(ground: Ground, effects: Sequence[str]) -> list[Couple]:
     """The fit of a ground with each effect that it does not have, and what that promises to first order."""
     leader = ground.fitted
@@ -50,32 +62,32 @@ def fit_couples(
     return in_parallel([partial(fit_more, o, c.leader, c.name, c.begins, iterations, near) for c in wanted])
 
 
-def add(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
+def add(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
     """The fit with one more law: those that promise most, and more than a law costs."""
+    ground = leader.ground
     worth = ground.fitted.objective - LEARNT.temperature * LEARNT.effect
     wanted = _promising(couples(ground, effects), known, worth)
     return fit_couples(ground.observations, wanted, NEAR, near=True)
 
 
-def drop(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
+def drop(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
     """The fit without each of its laws, or of its free curve."""
-    return without_each(ground.observations, ground.fitted, known)
+    return list(leader.rests)
 
 
-def swap(ground: Ground, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
+def swap(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
     """The fit with another law in place of one of its own: those that promise most.
 
     What is left without that law is fitted again: only so are promises in place of different laws comparable.
     """
-    o, leader = ground.observations, ground.fitted
-    if len(leader.explanation) == 1:
+    ground = leader.ground
+    if len(ground.fitted.explanation) == 1:
         return []  # every law is fitted alone
-    rests = in_parallel([partial(without, o, leader, name, NEAR) for name in leader.explanation])
-    found = [c for rest in rests for c in couples(ground.beside(rest), effects)]
-    return fit_couples(o, _promising(found, known, np.inf), NEAR, near=True)
+    found = [c for rest in leader.rests for c in couples(ground.beside(rest), effects)]
+    return fit_couples(ground.observations, _promising(found, known, np.inf), NEAR, near=True)
 
 
-Proposal = Callable[[Ground, Sequence[str], Iterable[Explanation]], list[Fit]]
+Proposal = Callable[[Leader, Sequence[str], Iterable[Explanation]], list[Fit]]
 PROPOSALS: tuple[Proposal, ...] = (add, drop, swap)
 
 
