@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from acf_jax.dataset import LowPass, Noise
-from acf_jax.diagnosis.statements import of_form, of_minor, of_scatter
-from acf_jax.evidence.marginal import Marginal
+from acf_jax.diagnosis.statements import of_minor, of_scatter
 from acf_jax.evidence.posterior import UNKNOWN
 from acf_jax.inference.ring import Ring
 from tests.repeated import repeated
@@ -35,25 +34,6 @@ def test_a_fast_ring_that_hides_causes_is_to_be_filtered(
 
 def test_nothing_is_said_of_repeats_that_agree() -> None:
     assert not of_scatter(QUIET, replace(repeated(0.0), noise=Noise(QUIET)))
-
-
-@pytest.mark.parametrize(("curve", "is_said"), [(480.0, True), (520.0, False), (300.0, False)])
-def test_a_free_curve_that_fits_better_than_the_law_that_is_named_is_told(
-    curve: float, is_said: bool
-) -> None:
-    """Not one that is no more probable, nor one that is more than a form."""
-    compliant = ("robot_compliance",)
-    objectives = {(): 1500.0, compliant: 500.0, ("gravity", *compliant): 499.9, ("unknown_robot",): curve}
-    evidence = [Marginal(e, 0.0, j, 0.0) for e, j in objectives.items()]
-    said = of_form(compliant, compliant, evidence)
-    assert len(of_form(compliant, ("gravity", *compliant), evidence)) == is_said  # a small law besides
-    assert len(said) == is_said
-    if said:
-        assert (
-            "a free curve at the robot fits better than compliant robot, but explains no more than 5% beyond"
-            in said[0]
-        )
-    assert not of_form(("unknown",), ("unknown_robot",), evidence)
 
 
 def test_laws_beside_a_missing_cause_are_not_called_small() -> None:

@@ -152,48 +152,6 @@ def test_a_small_law_that_data_need_where_forms_may_be_wrong_is_stated() -> None
 
 
 @pytest.mark.parametrize(
-    "laws, lacking, is_form",
-    [
-        (("robot_compliance",), 40.0, True),
-        (("robot_compliance",), 60.0, False),  # of 1,000: more than a form gets wrong
-        (("sensor_scale",), 1.0, False),  # the curve acts elsewhere
-        (("gravity", "robot_compliance"), 1.0, False),  # several laws imitate anything
-    ],
-)
-def test_a_free_curve_is_the_form_of_a_law_that_has_95_percent_of_what_it_explains(
-    laws: Explanation, lacking: float, is_form: bool
-) -> None:
-    rows = [
-        Marginal((), 0.0, 1500.0, 0.0),
-        Marginal(ROBOT, 0.0, 500.0, 0.0),
-        Marginal(laws, 0.0, 500.0 + lacking, -20.0),
-    ]
-    found = posterior(rows, PLAIN)
-    assert found.scored[0].explanation == (laws if is_form else UNKNOWN)
-    assert found.scored[0].probability > 0.99
-    assert sum(s.probability for s in found.scored) == pytest.approx(1.0)
-    wide = [m._replace(discrepancy=0.1) for m in rows]
-    assert posterior([*rows, *(m._replace(objective=100.0) for m in wide)], PLAIN).of(ROBOT) > 0.9
-
-
-def test_what_a_free_curve_explains_is_counted_beside_its_own_laws() -> None:
-    """Of two causes at the sensor a law has one; what another law has besides is not what the curve has."""
-    mass, curved = ("fixture_mass",), ("fixture_mass", "unknown_sensor")
-    rows = [
-        Marginal((), 0.0, 9500.0, 0.0),
-        Marginal(mass, 0.0, 700.0, 0.0),
-        Marginal(curved, 0.0, 500.0, 0.0),
-        Marginal(("fixture_mass", "sensor_lag"), 0.0, 600.0, 0.0),
-    ]
-    assert posterior(rows, PLAIN).scored[0].explanation == UNKNOWN
-    near = [*rows, Marginal(("fixture_mass", "sensor_scale"), 0.0, 509.0, 0.0)]
-    assert posterior(near, PLAIN).scored[0].explanation == ("fixture_mass", "sensor_scale")
-    assert (
-        posterior([rows[0], *rows[2:]], PLAIN).scored[0].explanation == UNKNOWN
-    )  # its own laws were not fitted
-
-
-@pytest.mark.parametrize(
     "changes, small",
     [
         ((3.0, 3.0, 3.0), set()),

@@ -1,24 +1,17 @@
 """What a diagnosis says beside its verdict: warnings, each with what it means or what to do."""
 
-from collections.abc import Sequence
-
-import numpy as np
-
 from acf_jax.diagnosis.claims import Comparison
 from acf_jax.diagnosis.heldout import FORM_UNKNOWN
-from acf_jax.evidence.marginal import Marginal
-from acf_jax.evidence.posterior import CREDIBLE, UNKNOWN, Posterior, forms, log_posterior
+from acf_jax.evidence.posterior import UNKNOWN, Posterior
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.discrepancy import FASTEST, FORMS
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import (
     Explanation,
-    component_of,
     is_free_curve,
     label,
     parameters,
-    split,
 )
 from acf_jax.inference.ring import Ring
 
@@ -55,23 +48,6 @@ def of_discrepancy(told: Posterior) -> list[str]:
     return [
         f"the most probable explanation misses the traces by about {size:.0%} of the force, more than a law whose form"
         f" is a little wrong ({FORMS:.0%}): a cause is missing that none of the laws and free curves describes"
-    ]
-
-
-def of_form(named: Explanation, corrected: Explanation, evidence: Sequence[Marginal]) -> list[str]:
-    """What is said where a free curve is more probable than the corrected model, of whose laws it is but the form."""
-    if not named or is_free_curve(corrected):
-        return []
-    log_p = log_posterior(evidence)
-    best = {evidence[k].explanation: log_p[k] for k in np.argsort(log_p)}  # beside the size that suits it
-    own = [e for e, found in forms(evidence).items() if any(set(laws) <= set(corrected) for laws in found)]
-    likeliest = max((corrected, *own), key=best.__getitem__)
-    if likeliest == corrected:
-        return []
-    _, (curve,) = split(likeliest)
-    return [
-        f"a free curve at the {component_of(curve)} fits better than {label(named).lower()}, but explains no more than"
-        f" {1 - CREDIBLE:.0%} beyond: that counts as what the form of a law gets wrong"
     ]
 
 

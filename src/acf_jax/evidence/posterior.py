@@ -9,8 +9,7 @@ divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inc
 misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
-large ones get wrong: they are background, unless data need them where those forms may be wrong. So is a free curve
-beside laws that have 95 % of what it explains: it is their form, which is not exact, and no cause of its own.
+large ones get wrong: they are background, unless data need them where those forms may be wrong.
 """
 
 from collections.abc import Sequence
@@ -104,7 +103,7 @@ def log_posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> np.
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals, learnt)
-    p = _with_remainders(marginals, log_p)
+    p = softmax(log_p)
     sure = certain(marginals, log_p)
     told = {m.explanation: _as_stated(m, sure) for m in marginals}
     beside: dict[Explanation, dict[float, float]] = {}
@@ -118,41 +117,6 @@ def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posteri
         _behind(marginals, log_p, told),
         {e: {size: value / total[e] for size, value in sizes.items()} for e, sizes in beside.items()},
     )
-
-
-def _with_remainders(marginals: Sequence[Marginal], log_p: np.ndarray) -> np.ndarray:
-    """The probability (n,) of each; that of a free curve goes to the laws of which it is but the form.
-
-    These are as probable among one another as they are by themselves. Beside a discrepancy that is larger than forms
-    are wrong, a free curve is a cause that is missing.
-    """
-    p, laws_of = softmax(log_p), forms(marginals)
-    for k, m in enumerate(marginals):
-        if m.explanation in laws_of and m.discrepancy <= FORMS:
-            laws = [i for i, other in enumerate(marginals) if other.explanation in laws_of[m.explanation]]
-            p[laws] += p[k] * softmax(log_p[laws])
-            p[k] = 0.0
-    return p
-
-
-def forms(marginals: Sequence[Marginal]) -> dict[Explanation, set[Explanation]]:
-    """Of explanations with a free curve: laws, no more of them, that have 95 % of what the curve explains.
-
-    That is beside its own laws. One of the others acts where the curve does: what the curve explains besides is what
-    the form of that law gets wrong, and small effects. By half the chi-square of exact forms, which counts mean squares
-    of the force.
-    """
-    exact = {m.explanation: m.objective for m in marginals if not m.discrepancy}
-    found: dict[Explanation, set[Explanation]] = {}
-    for curved in filter(is_free_curve, exact):
-        own, (curve,) = split(curved)
-        without = exact.get(own, -np.inf)
-        enough = exact[curved] + (1 - CREDIBLE) * (without - exact[curved])
-        for laws, objective in exact.items():
-            few = 0 < len(laws) <= len(curved) and not is_free_curve(laws)
-            if few and component_of(curve) in map(component_of, laws) and objective <= enough < without:
-                found.setdefault(curved, set()).add(laws)
-    return found
 
 
 def _as_stated(m: Marginal, sure: set[str]) -> Explanation:
