@@ -47,6 +47,8 @@ def test_what_a_verdict_loses_goes_to_what_damage_may_hide(
     even = tempered(Posterior((Scored(first, 0.995), Scored(other, 0.005)), {}, {}), 0.5)
     assert [s.explanation for s in even.scored] == [first, other]
     assert tempered(told, 0.2).scored[0].explanation == other
+    rounded = tempered(Posterior((Scored(first, 0.9), Scored(other, 0.1 + 1e-15)), {}, {}), 0.5)
+    assert [s.explanation for s in rounded.scored] == [first, other]  # above one in all by rounding
 
 
 def cut_off(dataset: GapDataset, share: float) -> GapDataset:

@@ -31,7 +31,8 @@ def tempered(told: Posterior, highest: float) -> Posterior:
     total = dict(told.scored)
     other = () if first.explanation == UNKNOWN else UNKNOWN
     total[first.explanation] = highest
-    total[other] = total.get(other, 0.0) + first.probability - highest
+    # no more than what is left of one, which rounding may exceed
+    total[other] = min(total.get(other, 0.0) + first.probability - highest, 1 - highest)
     # at even odds another may be as probable: the first one stays first
     scored = sorted(ranked(total), key=lambda s: (-s.probability, s.explanation != first.explanation))
     return told._replace(scored=tuple(scored))
