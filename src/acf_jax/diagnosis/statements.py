@@ -7,12 +7,7 @@ from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.discrepancy import FASTEST, FORMS
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import (
-    Explanation,
-    is_free_curve,
-    label,
-    parameters,
-)
+from acf_jax.inference.parameters import Explanation, is_free_curve, label, parameters
 from acf_jax.inference.ring import Ring
 
 

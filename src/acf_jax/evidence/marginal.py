@@ -77,6 +77,7 @@ def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> 
     free = ~held
     volume = np.linalg.slogdet(fitted.hessian[np.ix_(free, free)])[1] - fitted.log_det_nuisances.sum()
     o = fitted.observations
+    # what the noise's volume grows by is about as much in each trial, and the same for all explanations beside a size
     of_trials = 0.5 * (fitted.log_det_nuisances - fitted.chi2) - log_volume / len(o.names)
     _, condition = np.unique(o.condition, return_inverse=True)
     return Marginal(

@@ -103,7 +103,7 @@ def log_posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> np.
 def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals, learnt)
-    p = softmax(log_p)
+    p = np.exp(log_p)
     sure = certain(marginals, log_p)
     told = {m.explanation: _as_stated(m, sure) for m in marginals}
     beside: dict[Explanation, dict[float, float]] = {}

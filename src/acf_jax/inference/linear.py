@@ -133,24 +133,21 @@ def _forces(
     grid: Grid,
     reach: float = np.inf,
 ) -> Forces:
-    """Of trials that move as measured each is simulated.
+    """Each simulation is at the mean of its trials, which are to first order beside it.
 
-    Of others each condition is, at the mean of its trials, which are to first order beside it: in velocity and
-    pretension the paper's model is linear, and laws bend little where repeats differ.
+    In velocity and pretension the paper's model is linear, and laws bend little where repeats differ.
     """
     shift = nuisance[:, : o.n_moving] * o.nuisance_std
     physical, common = np.split(theta, [len(parameters(explanation))])
-    impacts, steps = np.column_stack([o.v_e, o.f_p]) + shift[:, :2], steps_of(o, grid.h)
-    if o.robot:
-        late = np.tile(common[COMMON : o.n_common], (len(shift), 1))
-        error = np.hstack([shift[:, N_NUISANCE:], late])
-        return forward(
-            explanation, physical, impacts[:, 0], impacts[:, 1], grid, reach, o.robot, error, steps
-        )
+    impacts = np.column_stack([o.v_e, o.f_p]) + shift[:, :2]
+    late = np.tile(common[COMMON : o.n_common], (len(shift), 1))  # of the robot's motion
+    error = np.hstack([shift[:, N_NUISANCE:], late])  # of a motion: then each trial is simulated
+    steps = steps_of(o, grid.h)
     mean = np.zeros((len(steps), 2))
     np.add.at(mean, o.simulated, impacts)
     mean /= np.bincount(o.simulated)[:, None]
-    found = forward(explanation, physical, mean[:, 0], mean[:, 1], grid, reach, steps=steps)
+    v_e, f_p = mean.T
+    found = forward(explanation, physical, v_e, f_p, grid, reach, o.robot, error, steps)
     rows, beside = found.rows[o.simulated], impacts - mean[o.simulated]
     with np.errstate(over="ignore", invalid="ignore"):  # of an unstable integration
         rows[:, 0] += (beside[:, None] @ rows[:, 1 + len(physical) : 3 + len(physical)])[:, 0]
