@@ -23,6 +23,7 @@ def test_a_law_is_dropped_within_the_program_that_has_it(
     physical = np.array([1.0, 2.0, 3.0, 4.0, 0.1, 0.2, 9.0])  # rig, end stop, gravity
     fitted: Any = SimpleNamespace(
         explanation=both,
+        objective=100.0,
         physical=physical,
         theta=np.append(physical, [0.5, 0.6]),
         nuisance=None,
@@ -34,10 +35,8 @@ def test_a_law_is_dropped_within_the_program_that_has_it(
     assert theta.tolist() == [1.0, 2.0, 3.0, 4.0, 9.0, 0.5, 0.6]
 
 
-def test_what_is_put_in_place_of_different_laws_is_compared_at_optima(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Where a law was just taken out, the rest is far from its optimum, by some law's far more than by another's."""
+def test_another_law_is_put_in_place_of_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where in place of another one two promise more; what is left without it is fitted again before."""
     far = {
         "end_stop": 900.0,
         "gravity": 50.0,
@@ -48,7 +47,10 @@ def test_what_is_put_in_place_of_different_laws_is_compared_at_optima(
         return SimpleNamespace(explanation=(rest,), objective=40.0 if iterations else far[name])
 
     def couples(rest: Any, effects: Any) -> list[proposals.Couple]:
-        gains = {"gravity": {"sensor_lag": 30.0, "sensor_scale": 60.0}, "end_stop": {"pad_mass": 5.0}}
+        gains = {
+            "gravity": {"end_stop": 70.0, "sensor_lag": 30.0, "sensor_scale": 60.0},
+            "end_stop": {"pad_mass": 5.0},
+        }
         (kept,) = rest.explanation
         return [
             proposals.Couple(rest, name, [], gain, rest.objective - gain / 2)
@@ -58,12 +60,11 @@ def test_what_is_put_in_place_of_different_laws_is_compared_at_optima(
     asked: list[Any] = []
     monkeypatch.setattr(proposals, "without", without)
     monkeypatch.setattr(proposals, "couples", couples)
-    monkeypatch.setattr(proposals, "PROMISING", 2)
     monkeypatch.setattr(proposals, "fit_couples", lambda o, wanted, *rest, **how: asked.extend(wanted) or [])
     fitted = SimpleNamespace(explanation=("end_stop", "gravity"))
     ground: Any = SimpleNamespace(observations=None, fitted=fitted, beside=lambda rest: rest)
-    proposals.swap(proposals.Leader.of(ground), [], [])
-    assert [couple.explanation for couple in asked] == [
-        ("gravity", "sensor_scale"),
-        ("gravity", "sensor_lag"),
+    proposals.swap(proposals.Leader.of(ground), [], [("end_stop", "gravity")])
+    assert [(couple.explanation, couple.objective) for couple in asked] == [
+        (("gravity", "sensor_scale"), 10.0),
+        (("end_stop", "pad_mass"), 37.5),
     ]

@@ -2,18 +2,19 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import blocks_of, fit_more, in_parallel, promised
+from acf_jax.diagnosis.candidates import blocks_of, exact, fit_more, in_parallel, promised
 from acf_jax.evidence.learnt import LEARNT
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import RIG, Explanation, rests
 
-PROMISING = 3  # explanations of each kind that are fitted: of more, those that promise less hardly ever win
+PROMISING = 3  # laws that are added, each alone: of more, those that promise less hardly ever win
 NEAR = 20  # iterations of a fit that begins near its optimum
 
 
@@ -66,8 +67,8 @@ def add(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) ->
     """The fit with one more law: those that promise most, and more than a law costs."""
     ground = leader.ground
     worth = ground.fitted.objective - LEARNT.temperature * LEARNT.effect
-    wanted = _promising(couples(ground, effects), known, worth)
-    return fit_couples(ground.observations, wanted, NEAR, near=True)
+    wanted = [c for c in _promising(couples(ground, effects), known) if c.objective < worth]
+    return fit_couples(ground.observations, wanted[:PROMISING], NEAR, near=True)
 
 
 def drop(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
@@ -76,15 +77,15 @@ def drop(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -
 
 
 def swap(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
-    """The fit with another law in place of one of its own: those that promise most.
+    """The fit with another law in place of each of its own: the one that promises most, to what is left without that.
 
-    What is left without that law is fitted again: only so are promises in place of different laws comparable.
+    Of all together those that promise most would be in place of small laws: large ones have their imitators, too.
     """
     ground = leader.ground
     if len(ground.fitted.explanation) == 1:
         return []  # every law is fitted alone
-    found = [c for rest in leader.rests for c in couples(ground.beside(rest), effects)]
-    return fit_couples(ground.observations, _promising(found, known, np.inf), NEAR, near=True)
+    of_each = [_promising(couples(ground.beside(rest), effects), known)[:1] for rest in leader.rests]
+    return fit_couples(ground.observations, chain.from_iterable(of_each), NEAR, near=True)
 
 
 Proposal = Callable[[Leader, Sequence[str], Iterable[Explanation]], list[Fit]]
@@ -97,7 +98,7 @@ def without(o: Observations, fitted: Fit, name: str, iterations: int) -> Fit:
     rest = [effect for effect in fitted.explanation if effect != name]
     shared = fitted.theta[len(fitted.physical) :]
     theta = np.concatenate([fitted.theta[: len(RIG)], *(blocks[effect] for effect in rest), shared])
-    again = partial(fit, o, tuple(rest), program=fitted.program)
+    again = partial(fit, o, tuple(rest), program=fitted.program, tolerance=exact(fitted))
     return again(theta, fitted.nuisance, warm=True, iterations=iterations)
 
 
@@ -112,11 +113,7 @@ def without_each(o: Observations, fitted: Fit, known: Iterable[Explanation]) -> 
     return in_parallel(tasks)
 
 
-def _promising(found: Iterable[Couple], known: Iterable[Explanation], below: float) -> list[Couple]:
-    """The best of each explanation that is not known, of those that promise an objective below some value."""
-    wanted: dict[Explanation, Couple] = {}
+def _promising(found: Iterable[Couple], known: Iterable[Explanation]) -> list[Couple]:
+    """Those that are not known, what promises most first."""
     done = set(known)
-    for couple in sorted(found, key=lambda c: c.objective):
-        if couple.objective < below and couple.explanation not in done and len(wanted) < PROMISING:
-            wanted.setdefault(couple.explanation, couple)
-    return list(wanted.values())
+    return sorted((c for c in found if c.explanation not in done), key=lambda c: c.objective)
