@@ -8,7 +8,6 @@ from typing import TypeVar
 import numpy as np
 
 from acf_jax.effects import AbstractOscillator, library
-from acf_jax.evidence.marginal import Marginal
 from acf_jax.inference.baseline import Ground, Promise
 from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.inference.observations import Observations
@@ -20,7 +19,6 @@ HINT = 2.0  # chi-square that a start beside the recalibrated model has to promi
 VALLEYS = 3
 GLANCE = 6  # iterations after which fits that begin apart are compared
 ROUGHLY = 1e-4  # tolerance of a free curve's fit: a little more of chi-square says nothing of it
-EXACT = 0.1  # log probability that an iteration of a fit near its optimum has to gain
 WORKERS = 2  # a fit keeps one core busy; compilation and simulation run outside Python's lock
 
 Result = TypeVar("Result")
@@ -154,15 +152,10 @@ def fit_more(
         return np.concatenate([fitted.theta[:4], *middle, fitted.theta[len(fitted.physical) :]])
 
     strong = np.array(starts(name, observations.measures)[-1])
-    fit_it = partial(fit, observations, explanation, nuisance=fitted.nuisance, iterations=iterations)
-    if near:
-        return best(fit_it(beside(start), warm=True, tolerance=exact(fitted)) for start in begins)
-    return best(fit_it(beside(start)) for start in (strong, *begins))
-
-
-def exact(fitted: Fit | Marginal) -> float:
-    """The tolerance of a fit that begins near its optimum, where one much like it ended."""
-    return EXACT / max(1.0, fitted.objective)
+    return best(
+        fit(observations, explanation, beside(start), fitted.nuisance, warm=near, iterations=iterations)
+        for start in (begins if near else [strong, *begins])
+    )
 
 
 def go_on(

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import best_of_each, exact, in_parallel
+from acf_jax.diagnosis.candidates import best_of_each, in_parallel
 from acf_jax.diagnosis.proposals import NEAR, PROPOSALS, Leader, without_each
 from acf_jax.evidence.marginal import Marginal, marginal
 from acf_jax.evidence.posterior import log_posterior
@@ -34,7 +34,8 @@ SINGLES, SEVERAL = 6, 8  # explanations by one law, and by several, that are fit
 WHOLE = 4  # of those by several, whose parts are, too
 BEHIND = 20.0  # log probability by which an explanation may lie behind and still be a start
 HOPELESS = 2 * BEHIND  # the same beside one size of the discrepancy, from which on no other size is tried
-NEGLIGIBLE = 1e-3  # of the probability of the best: less of it changes no figure that is stated
+NEGLIGIBLE = 1e-4  # of the probability of the best: what is so improbable is tried with no other size
+EXACT = 0.1  # log probability that an iteration has to gain
 ROUNDS = 4  # of proposals beside each size at most: it bounds the time, since each adds a law or ends
 NARROWING = sorted((s for s in SIZES if s <= FORMS), reverse=True)  # sizes of the discrepancy as searched
 WIDENING = sorted(s for s in SIZES if s > FORMS)  # those that are taken where they are more probable
@@ -252,7 +253,7 @@ class _Weighed:
             end.nuisance,
             warm=True,
             iterations=NEAR,
-            tolerance=exact(end.evidence),
+            tolerance=EXACT / max(1.0, end.evidence.objective),
             program=end.program,
         )
 

@@ -7,14 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import blocks_of, exact, fit_more, in_parallel, promised
-from acf_jax.evidence.learnt import LEARNT
+from acf_jax.diagnosis.candidates import blocks_of, fit_more, in_parallel, promised
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import RIG, Explanation, rests
 
-PROMISING = 3  # laws that are added, each alone: of more, those that promise less hardly ever win
 NEAR = 20  # iterations of a fit that begins near its optimum
 
 
@@ -64,11 +62,9 @@ def fit_couples(
 
 
 def add(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
-    """The fit with one more law: those that promise most, and more than a law costs."""
+    """The fit with one more law: the one that promises most, be it little, since fits gain more than they promise."""
     ground = leader.ground
-    worth = ground.fitted.objective - LEARNT.temperature * LEARNT.effect
-    wanted = [c for c in _promising(couples(ground, effects), known) if c.objective < worth]
-    return fit_couples(ground.observations, wanted[:PROMISING], NEAR, near=True)
+    return fit_couples(ground.observations, _best(couples(ground, effects), known), NEAR, near=True)
 
 
 def drop(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
@@ -84,7 +80,7 @@ def swap(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -
     ground = leader.ground
     if len(ground.fitted.explanation) == 1:
         return []  # every law is fitted alone
-    of_each = [_promising(couples(ground.beside(rest), effects), known)[:1] for rest in leader.rests]
+    of_each = [_best(couples(ground.beside(rest), effects), known) for rest in leader.rests]
     return fit_couples(ground.observations, chain.from_iterable(of_each), NEAR, near=True)
 
 
@@ -98,7 +94,7 @@ def without(o: Observations, fitted: Fit, name: str, iterations: int) -> Fit:
     rest = [effect for effect in fitted.explanation if effect != name]
     shared = fitted.theta[len(fitted.physical) :]
     theta = np.concatenate([fitted.theta[: len(RIG)], *(blocks[effect] for effect in rest), shared])
-    again = partial(fit, o, tuple(rest), program=fitted.program, tolerance=exact(fitted))
+    again = partial(fit, o, tuple(rest), program=fitted.program)
     return again(theta, fitted.nuisance, warm=True, iterations=iterations)
 
 
@@ -113,7 +109,7 @@ def without_each(o: Observations, fitted: Fit, known: Iterable[Explanation]) -> 
     return in_parallel(tasks)
 
 
-def _promising(found: Iterable[Couple], known: Iterable[Explanation]) -> list[Couple]:
-    """Those that are not known, what promises most first."""
+def _best(found: Iterable[Couple], known: Iterable[Explanation]) -> list[Couple]:
+    """The one that promises most, of those that are not known."""
     done = set(known)
-    return sorted((c for c in found if c.explanation not in done), key=lambda c: c.objective)
+    return sorted((c for c in found if c.explanation not in done), key=lambda c: c.objective)[:1]
