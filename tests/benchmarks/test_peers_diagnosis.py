@@ -18,6 +18,7 @@ from benchmarks.peers_diagnosis.features import BINS, features
 from benchmarks.peers_diagnosis.judge import judge, paired, share
 from benchmarks.peers_diagnosis.table import table
 from benchmarks.peers_diagnosis.traces import Traces
+from tests.needs import need_module
 from validation.blind.answer import Class
 from validation.worlds.interface import Rig
 from validation.worlds.paper import contact_force, until_lost
@@ -252,7 +253,7 @@ def test_features_depend_neither_on_sampling_rate_nor_on_number_of_trials() -> N
 
 
 def test_a_withheld_law_leaves_its_probability_to_the_other_classes() -> None:
-    pytest.importorskip("bayesflow")  # an extra that the tests' own does not bring
+    need_module("bayesflow", 'pip install ".[peers]"')
     from benchmarks.peers_diagnosis.classifier import CLASSES, rank
 
     laws = len(library())
@@ -272,7 +273,7 @@ def test_a_withheld_law_leaves_its_probability_to_the_other_classes() -> None:
 
 
 def test_a_classifier_learns_what_its_sets_tell(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("bayesflow")  # an extra that the tests' own does not bring
+    need_module("bayesflow", 'pip install ".[peers]"')
     from benchmarks.peers_diagnosis import classifier
 
     monkeypatch.setattr(classifier, "NETWORKS", 1)
@@ -309,7 +310,7 @@ def test_drawn_forms_follow_the_prior() -> None:
 
 
 def test_sparse_regression_picks_the_term_that_acts() -> None:
-    pytest.importorskip("pysindy")
+    need_module("pysindy", 'pip install ".[peers]"')
     from benchmarks.peers_diagnosis.sindy import pick
 
     rng = np.random.default_rng(0)
@@ -321,7 +322,7 @@ def test_sparse_regression_picks_the_term_that_acts() -> None:
 
 
 def test_sparse_regression_keeps_no_term_that_is_a_combination_of_others() -> None:
-    pytest.importorskip("pysindy")
+    need_module("pysindy", 'pip install ".[peers]"')
     from benchmarks.peers_diagnosis.sindy import independent_of
 
     columns, _ = np.linalg.qr(np.random.default_rng(0).standard_normal((40, 3)))

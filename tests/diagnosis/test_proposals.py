@@ -23,7 +23,6 @@ def test_a_law_is_dropped_within_the_program_that_has_it(
     physical = np.array([1.0, 2.0, 3.0, 4.0, 0.1, 0.2, 9.0])  # rig, end stop, gravity
     fitted: Any = SimpleNamespace(
         explanation=both,
-        objective=100.0,
         physical=physical,
         theta=np.append(physical, [0.5, 0.6]),
         nuisance=None,

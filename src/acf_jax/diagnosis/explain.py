@@ -211,7 +211,8 @@ class _Weighed:
     def with_changes(self) -> list[Marginal]:
         """The evidence of everything; how large each of several laws is, where they are not negligible.
 
-        An explanation whose fit breaks down without a discrepancy has no model, and is left out.
+        An explanation whose fit breaks down without a discrepancy has no model, and is left out; so is what was found
+        beside one size and is negligible, which is fitted beside no other.
         """
         laws = [e for e in self._considerable() if len(e) > 1 and e in self.plain and not is_free_curve(e)]
         self._take_apart(laws)
