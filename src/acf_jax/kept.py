@@ -31,7 +31,7 @@ Result = TypeVar("Result")
 def kept(
     function: Callable[..., Any],
     name: str,
-    arguments: tuple[jax.ShapeDtypeStruct, ...],
+    arguments: tuple[jax.ShapeDtypeStruct | None, ...],
     sources: tuple[str, ...],
 ) -> Callable[..., Any]:
     """The function, compiled; traced again only where its source, JAX or its device is another one.

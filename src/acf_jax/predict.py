@@ -60,8 +60,8 @@ def predict(
     weights = np.array([max(v.probability, 1e-9) for v in (main, *others)])
     weights /= weights.sum()
     mechanical = _without_sensor(main)
-    is_read_as_is = mechanical.effects == main.effects and model.low_pass is None
-    unread = model.model_copy(update={"low_pass": None})
+    unread = model.model_copy(update={"low_pass": None, "tool_mass_kg": None})
+    is_read_as_is = mechanical.effects == main.effects and unread == model
     at_contact = runs[0] if is_read_as_is else _run(unread, mechanical, v_e, f_p)
     predictions = [_one(model, which, runs, at_contact, weights, i, rate) for i in range(len(v_e))]
     if which == "corrected" and runs[0].diverges.any():
@@ -121,7 +121,8 @@ def tried_reach(model: GapModel, v: Variant) -> float:
 def _grid(model: GapModel, v: Variant) -> Grid:
     h = max(min(model.step_s, step_for(*v.theta[: len(RIG)])), LONGEST / (SAMPLES - 4))
     low_pass = model.low_pass.filter if model.low_pass else None
-    return Grid(h, min(int(LONGEST / h) + 3, SAMPLES - 1), low_pass=low_pass)
+    steps = min(int(LONGEST / h) + 3, SAMPLES - 1)
+    return Grid(h, steps, low_pass=low_pass, tool_mass=model.tool_mass_kg)
 
 
 class _Run(NamedTuple):

@@ -146,6 +146,12 @@ DESCRIPTION_FAULTS = [
         "range_n: 0.5",
         "measurement.range_n: must be at least 1 N, but is 0.5; if it is in kN",
     ),
+    (
+        "force_noise_std_n: 1.0",
+        "tool_mass_kg: 2.5",
+        "measurement.tool_mass_kg: is 2.5 kg, more than all that moves (rig.moving_mass_kg is 2.1)",
+    ),
+    ("force_noise_std_n: 1.0", "tool_mass_kg: 1300", "measurement.tool_mass_kg: must be at most 100 kg"),
     ("force_noise_std_n: 1.0", "range_n: full", "measurement.range_n: must be a number"),
     ("force_noise_std_n: 1.0", "range_n: 70", "measurement.range_n: is 70 N, but trial 't003' reads 2"),
     (

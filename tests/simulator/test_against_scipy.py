@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi, tanh
 
+import jax
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -11,7 +12,8 @@ from scipy.optimize import brentq
 from scipy.signal import lsim
 
 from acf_jax.effects import library
-from tests.effects.contract import IMPACT, RIG, SAMPLES, H, run, start
+from acf_jax.simulator import simulate
+from tests.effects.contract import IMPACT, QUICK, RIG, SAMPLES, H, make, run, start
 
 M, D, K_F, K_C = (float(value) for value in (RIG.m, RIG.d, RIG.k_f, RIG.k_c))
 V, F_P = float(IMPACT.v_e), float(IMPACT.f_p)
@@ -31,8 +33,8 @@ class Truth:
     release: float = 0.0  # s, the flange is held until then
     filter: tuple | None = None  # numerator and denominator in s
 
-    def solve(self) -> tuple[np.ndarray, np.ndarray]:
-        """Sensed and contact force at TIME."""
+    def solve(self, tool_mass: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Sensed and contact force at TIME; the sensor reads F_C less the inertia of a tool."""
 
         def contact(t, z):
             x, x_dot, *y = z
@@ -51,8 +53,10 @@ class Truth:
         options = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-13, "max_step": 2e-4}
         moving = solve_ivp(rates, (self.release, TIME[-1]), z_0, t_eval=after, **options).y.T
         held = np.zeros((SAMPLES - len(after), 2 + self.n_state))
-        forces = [contact(t, z)[0] for t, z in zip(TIME, [*held, *moving], strict=True)]
-        return (lsim(self.filter, forces, TIME)[1] if self.filter else np.array(forces)), np.array(forces)
+        forces = np.array([contact(t, z)[0] for t, z in zip(TIME, [*held, *moving], strict=True)])
+        x_ddot = np.array([0.0] * len(held) + [rates(t, z)[1] for t, z in zip(after, moving, strict=True)])
+        behind = forces - tool_mass * x_ddot
+        return (lsim(self.filter, behind, TIME)[1] if self.filter else behind), forces
 
 
 def coulomb_friction(f_c, mu, v_s):
@@ -193,3 +197,19 @@ def test_simulator_equals_scipy(name):
         allowed = CORNERS.get(name, 2e-3)
         assert np.allclose(response.contact[0], contact, rtol=0, atol=allowed)
         assert np.allclose(response.sensed[0], sensed, rtol=0, atol=allowed)
+
+
+@pytest.mark.parametrize("name", ["gravity", "end_stop", "pad_mass", "sensor_lag"])
+def test_a_sensor_on_the_robots_side_reads_the_force_less_the_inertia_of_the_tool(name):
+    kind, tool_mass = library()[name], 1.8
+    theta = start(kind, -1)
+
+    @jax.jit(compiler_options=QUICK)
+    def response():
+        return simulate(RIG, IMPACT, make((kind,), theta), H, SAMPLES, pull=1.0, tool_mass=tool_mass)
+
+    found = response()
+    sensed, contact = globals()[name](*theta).solve(tool_mass)
+    assert np.allclose(found.contact, contact, rtol=0, atol=2e-3)
+    assert np.allclose(found.sensed, sensed, rtol=0, atol=2e-2)
+    assert np.abs(sensed - globals()[name](*theta).solve()[0]).max() > 10.0

@@ -117,12 +117,18 @@ def test_resuming_changes_nothing_and_makes_no_label_again(
     assert ((finished / "metrics.json").read_bytes(), (finished / "model.eqx").read_bytes()) == before
 
 
-def test_readings_behind_a_filter_are_not_learnt(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("between", "told"),
+    [({"low_pass": LowPassForm(cutoff_hz=200.0)}, "a low-pass"), ({"tool_mass_kg": 1.0}, "a tool")],
+)
+def test_readings_behind_a_filter_or_a_tool_are_not_learnt(
+    between: dict[str, Any], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     config = configuration(tmp_path)
-    model = gap_model(("gravity",), (-8.0,)).model_copy(update={"low_pass": LowPassForm(cutoff_hz=200.0)})
+    model = gap_model(("gravity",), (-8.0,)).model_copy(update=between)
     (tmp_path / "model.json").write_text(write_model(model), "utf-8")
     assert train(config, tmp_path / "run", "--set", "labels.force=sensed") == 2
-    assert "have been through a low-pass" in capsys.readouterr().err
+    assert f"'sensed', but {told} lies between" in capsys.readouterr().err
 
 
 def test_another_range_is_refused_before_labels_are_made(

@@ -89,6 +89,7 @@ class _Measurement(Part):
     pretension_rel_std: Annotated[float, _within(units.RELATIVE_STD)] = Measurement.pretension_rel_std
     range_n: Annotated[float, _within(units.SENSOR_RANGE)] | None = None
     low_pass: LowPassForm | None = None
+    tool_mass_kg: Annotated[float, _within(units.MASS)] | None = None
     robot_velocity_std_m_per_s: Annotated[float, _within(units.ROBOT_VELOCITY_STD)] | None = None
 
 
@@ -126,7 +127,12 @@ def check_description(path: Path, mapping: dict[str, Any]) -> tuple[str, RigPrio
         faults += _renamed(error.faults, f"{path}: rig.", f"{path}: rig.", called)
     if faults:
         raise InputError(faults)
-    measurement = document.measurement
+    measurement, moving = document.measurement, document.rig.moving_mass_kg.value
+    if measurement.tool_mass_kg and measurement.tool_mass_kg > moving:
+        raise InputError(
+            f"{path}: measurement.tool_mass_kg: is {measurement.tool_mass_kg:g} kg, more than all that moves"
+            f" (rig.moving_mass_kg is {moving:g}); state what lies between the contact and the sensor"
+        )
     known = measurement.model_dump() | {"low_pass": measurement.low_pass and measurement.low_pass.filter}
     return document.description, _prior(document.rig), Measurement(**known)
 

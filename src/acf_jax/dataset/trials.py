@@ -65,6 +65,9 @@ class Measurement:
         None  # N, of the sensor: readings at it are lower bounds; None: told from flat tops
     )
     low_pass: LowPass | None = None  # that the readings have been through
+    tool_mass_kg: float | None = (
+        None  # of the moving mass, between contact and a sensor on the robot's side; None: the part's side
+    )
     robot_velocity_std_m_per_s: float | None = None  # of a sample of `motion`; None: to be estimated, too
 
 

@@ -45,7 +45,8 @@ def imagine(
     later = settling_time(low_pass) if low_pass and low_pass.zero_phase else 0.0
     resolved = RESOLVED / low_pass.cutoff_hz if low_pass else np.inf
     h = max(min(step_for(*rig.values), resolved), (end + later) / (SAMPLES - 4))
-    grid = Grid(h, min(SAMPLES - 1, int((end + later) / h) + 3), low_pass=low_pass)
+    steps = min(SAMPLES - 1, int((end + later) / h) + 3)
+    grid = Grid(h, steps, low_pass=low_pass, tool_mass=measurement.tool_mass_kg)
     v_e = np.array([t.contact_velocity for t in conditions])
     f_p = np.array([t.pretension for t in conditions])
     forces = forward((), rig.values, v_e, f_p, grid)
@@ -74,4 +75,5 @@ def imagine(
         noise=Noise(noise_std),
         prior=rig,
         low_pass=low_pass,
+        tool_mass=measurement.tool_mass_kg,
     )

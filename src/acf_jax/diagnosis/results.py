@@ -81,6 +81,7 @@ def gap_model(diagnosis: Diagnosis) -> GapModel:
         corners=_corners(o.v_e, o.f_p),
         rel_std=o.rel_std,
         low_pass=LowPassForm(**asdict(o.low_pass)) if o.low_pass else None,
+        tool_mass_kg=o.tool_mass,
         verdict=cast(Verdict, d.verdict),
         shown_closer=_shown_closer(d),
         better=None if d.comparison is None else d.comparison.is_better,

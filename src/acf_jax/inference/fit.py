@@ -130,7 +130,14 @@ def grid_for(
     longest = min([sampled, *(cls.longest_step for cls in classes(explanation))])
     h = max(min(step_for(*prior.values), longest), end / (SAMPLES - BEYOND - 2))
     steps = steps_of(observations, h)
-    return Grid(h, int(steps.max()), low_pass=low_pass, program=program, block=block_for(steps))
+    return Grid(
+        h,
+        int(steps.max()),
+        low_pass=low_pass,
+        tool_mass=observations.tool_mass,
+        program=program,
+        block=block_for(steps),
+    )
 
 
 def _stride(explanation: Explanation) -> float:

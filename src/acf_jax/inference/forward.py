@@ -51,6 +51,7 @@ class Grid(NamedTuple):
         0.0  # 1 continues the equations beyond the loss of contact, which keeps derivatives alive there
     )
     low_pass: LowPass | None = None  # that readings have been through
+    tool_mass: float | None = None  # kg, of the moving mass, between contact and sensor
     # with more effects, which is compiled already: without strength these change nothing
     program: Explanation | None = None
     block: int = BLOCKS[0]  # trials of one call
@@ -121,6 +122,7 @@ def system_of(
     pull: Scalar | float = 0.0,
     reach: Scalar | float = np.inf,
     spacing: Scalar | float | None = None,
+    tool_mass: Scalar | float | None = None,
 ) -> System:
     """The equations of one trial.
 
@@ -133,12 +135,14 @@ def system_of(
         weight = jnp.concatenate([jnp.ones(1), z[p + 2 :]])
         velocity, displacement = moves
         effects.append(MeasuredMotion(spacing, velocity, displacement, weight))
-    return make_system(rig, Impact(z[p], z[p + 1]), effects, pull)
+    return make_system(rig, Impact(z[p], z[p + 1]), effects, pull, tool_mass)
 
 
 @functools.lru_cache(PROGRAMS)
-def _program(explanation: Explanation, is_moved: bool, block: int) -> Callable[..., tuple[Array, Array]]:
-    """Of so many impacts as a `block` has; `is_moved`: whose robots move as measured."""
+def _program(
+    explanation: Explanation, is_moved: bool, has_tool: bool, block: int
+) -> Callable[..., tuple[Array, Array]]:
+    """Of so many impacts as a `block` has; `is_moved`: whose robots move as measured; `has_tool`: before the sensor."""
 
     def program(
         z: Float[Array, "trials p+2+q"],
@@ -146,10 +150,11 @@ def _program(explanation: Explanation, is_moved: bool, block: int) -> Callable[.
         steps: Int[Array, ""],
         pull: Scalar,
         reach: Scalar,
+        tool_mass: Scalar | None = None,
         spacing: Scalar | None = None,
         *moves: Float[Array, "parts nodes trials"],
     ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples p+q+3 trials"]]:
-        make = partial(system_of, explanation, pull=pull, reach=reach, spacing=spacing)
+        make = partial(system_of, explanation, pull=pull, reach=reach, spacing=spacing, tool_mass=tool_mass)
         return simulate_with_derivatives(make, z, h, SAMPLES, steps, moves)
 
     number = jax.ShapeDtypeStruct((), float)
@@ -157,8 +162,9 @@ def _program(explanation: Explanation, is_moved: bool, block: int) -> Callable[.
     steps = jax.ShapeDtypeStruct((), int)
     moves = jax.ShapeDtypeStruct((1 + ERRORS, NODES, block), float)
     motion = (number, moves, moves) if is_moved else ()
-    name = f"forward {explanation}{' as measured' * is_moved}"
-    return kept(program, name, (z, number, steps, number, number, *motion), MADE_OF)
+    name = f"forward {explanation}{' as measured' * is_moved}{' behind a tool' * has_tool}"
+    tool = number if has_tool else None
+    return kept(program, name, (z, number, steps, number, number, tool, *motion), MADE_OF)
 
 
 def reach_of(
@@ -204,7 +210,7 @@ def forward(
         z = np.column_stack([z, np.zeros((n, ERRORS)) if error is None else error])
     needed = np.full(n, grid.steps) if steps is None else np.minimum(steps, grid.steps)
     contact, rows = np.zeros((n, used)), np.zeros((n, z.shape[1] + 1, used))
-    run = _program(program, robot is not None, grid.block)
+    run = _program(program, robot is not None, grid.tool_mass is not None, grid.block)
     for here in _blocks(needed, grid.block):
         padded = here[np.arange(grid.block) % len(here)]
         motion: tuple[Any, ...] = ()
@@ -212,7 +218,7 @@ def forward(
             moves = robot.of(padded)
             motion = robot.spacing, *(np.moveaxis(x, 0, -1) for x in (moves.velocity, moves.displacement))
         longest = int(needed[here].max())
-        found = run(z[padded], grid.h, longest, grid.pull, reach, *motion)
+        found = run(z[padded], grid.h, longest, grid.pull, reach, grid.tool_mass, *motion)
         # turned here, where most of the grid is left out already
         contact[here, : longest + 1] = np.asarray(found[0])[: longest + 1, : len(here)].T
         rows[here, :, : longest + 1] = np.asarray(found[1])[: longest + 1, :, : len(here)].transpose(2, 1, 0)

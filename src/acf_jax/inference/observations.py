@@ -94,6 +94,7 @@ class Observations:
     rings: tuple[Ring, ...] = ()  # what trials of one condition do not share
     discrepancy: Discrepancy | None = None
     low_pass: LowPass | None = None  # that the readings have been through
+    tool_mass: float | None = None  # kg, of the moving mass, between contact and sensor
     robot: RobotMotion | None = None  # how it was measured to move in addition to the commanded velocities
     censored: np.ndarray | None = (
         None  # (trials, n) bool, none of `used`: the force is at least that; None: none is
@@ -308,6 +309,7 @@ def observe(quality: Quality) -> Observations:
         noise=replace(quality.noise, std=max(quality.noise.std, SIMULATED * largest)),
         prior=dataset.rig,
         low_pass=low_pass,
+        tool_mass=dataset.measurement.tool_mass_kg,
         robot=_robot(dataset, trials, rows, longest),
     )
 

@@ -79,6 +79,11 @@ def _noise(d: Diagnosis) -> str:
         f"Noise of the force: {si(noise.std, 3, 'N')} ({SOURCES.get(noise.source, noise.source)}), {colour}. Trial to"
         f" trial, velocity varies by {percent(spread.contact_velocity_rel_std, 1)} and pretension by"
         f" {percent(spread.pretension_rel_std, 1)} (standard deviations, as stated)."
+        + (
+            f" The sensor reads behind a tool of {si(tool, 3, 'kg')}."
+            if (tool := spread.tool_mass_kg)
+            else ""
+        )
     )
 
 

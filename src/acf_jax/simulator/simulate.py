@@ -56,6 +56,9 @@ class System(NamedTuple):
     label: Scalar  # N, pretension as commanded
     effects: tuple[AbstractEffect, ...]
     pull: Scalar
+    tool_mass: Scalar | None = (
+        None  # kg, of the moving mass, between the contact and the sensor; None: nothing
+    )
 
     @jax.jit  # traced once, not at each of the places that call it
     def motion(self, t: Scalar, y: State) -> Motion:
@@ -83,6 +86,13 @@ class System(NamedTuple):
         x_ddot = free * (force - rig.d * motion.x_dot - rig.k_f * motion.x) / rig.m
         rates = State(free * y.x_dot, x_ddot, tuple(e.rates(motion, x_ddot, q) for e, q in states))
         return _once(rates, y)
+
+    def forces(self, t: Scalar, y: State, free: Scalar) -> tuple[Scalar, ...]:
+        """Contact force, and what of it reaches a sensor on the robot's side of a tool, F_C - m_t x'', N."""
+        f_c = self.motion(t, y).f_c
+        return (
+            (f_c,) if self.tool_mass is None else (f_c, f_c - self.tool_mass * self.rates(t, y, free).x_dot)
+        )
 
     def free_share(self, t: Scalar, h: Scalar, y: State) -> Scalar:
         """Share of the step after the contact force has passed the force that releases a held flange."""
@@ -116,30 +126,37 @@ class Moving(NamedTuple):
 
     y: State
     released: Bool[Array, ""]
-    signals: tuple[Scalar, ...]  # N, contact force, then the force after each sensor stage
+    signals: tuple[
+        Scalar, ...
+    ]  # N, contact force, what is left of it behind a tool, that after each sensor stage
     memories: tuple[
         Float[Array, " n_memory"], ...
     ]  # of the sensor stages; none where nobody asks for the sensor
 
 
 def make_system(
-    rig: Rig, impact: Impact, effects: Sequence[AbstractEffect], pull: Scalar | float = 0.0
+    rig: Rig,
+    impact: Impact,
+    effects: Sequence[AbstractEffect],
+    pull: Scalar | float = 0.0,
+    tool_mass: Scalar | float | None = None,
 ) -> System:
     """The equations of motion; the arguments are those of `simulate`."""
     label = jnp.asarray(impact.f_p, float)
     acting = label + sum(e.pretension_excess(impact) for e in effects)
     acting = jnp.where(acting < 0, 0.0, acting)  # a contact does not begin with a pull
-    return System(rig, Impact(impact.v_e, acting), label, tuple(effects), jnp.asarray(pull, float))
+    tool = None if tool_mass is None else jnp.asarray(tool_mass, float)
+    return System(rig, Impact(impact.v_e, acting), label, tuple(effects), jnp.asarray(pull, float), tool)
 
 
 def start(system: System, h: Scalar, has_sensor: bool = True) -> Moving:
     """The instant of first contact."""
-    y_0 = at_rest(system.effects)
-    f_0 = system.motion(jnp.zeros(()), y_0).f_c
+    zero, y_0 = jnp.zeros(()), at_rest(system.effects)
+    f_0 = system.forces(zero, y_0, jnp.where(system.free_share(zero, h, y_0) < 1, 0.0, 1.0))
     memory_0 = tuple(jnp.zeros(e.n_memory) for e in system.effects) if has_sensor else ()
     # Before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensors. Not
     # shorter: the slope of the jump would drown their readings in rounding errors.
-    silence = tuple(jnp.zeros(()) for _ in range(len(memory_0) + 1))
+    silence = (zero,) * (len(f_0) + len(memory_0))
     signals_0, _ = _sense(system.effects, silence, f_0, h * 1e-3, memory_0)
     return Moving(y_0, jnp.asarray(False), signals_0, memory_0)
 
@@ -149,21 +166,22 @@ def advance(system: System, k: Int[Array, ""], h: Scalar, moving: Moving) -> Mov
     t = k * h
     free = jnp.where(moving.released, 1.0, system.free_share(t, h, moving.y))
     y = system.step(t, h, moving.y, free)
-    f_c = system.motion(t + h, y).f_c
-    signals, memories = _sense(system.effects, moving.signals, f_c, h, moving.memories)
-    return Moving(y, moving.released | (free > 0), signals, memories)
+    released = moving.released | (free > 0)
+    forces = system.forces(t + h, y, jnp.where(released, 1.0, 0.0))
+    signals, memories = _sense(system.effects, moving.signals, forces, h, moving.memories)
+    return Moving(y, released, signals, memories)
 
 
 def _sense(
     effects: tuple[AbstractEffect, ...],
     before: tuple[Scalar, ...],
-    f: Scalar,
+    forces: tuple[Scalar, ...],
     h: Scalar,
     memories: tuple[Array, ...],
 ) -> tuple[tuple[Scalar, ...], tuple[Array, ...]]:
-    """The force after each sensor stage, from the same one step earlier; the force alone without memories."""
-    after, kept = [f], []
-    for e, last, memory in zip(effects, before, memories, strict=False):
+    """Signals of `Moving`, from the same one step earlier; no sensor stages without memories."""
+    after, kept = list(forces), []
+    for e, last, memory in zip(effects, before[len(forces) - 1 :], memories, strict=False):
         memory, reading = e.sense((last, after[-1]), h, memory)
         after.append(reading)
         kept.append(memory)
@@ -178,6 +196,7 @@ def simulate(
     samples: int,
     steps: Int[Array, ""] | int | None = None,
     pull: Scalar | float = 0.0,
+    tool_mass: Scalar | float | None = None,
 ) -> Response:
     """Sensed and contact force of one impact on the grid 0, h, 2h, ...
 
@@ -188,12 +207,13 @@ def simulate(
     **Arguments:** `rig`, `impact`: one sample. `effects`: at most one of a kind, in any order. `h`: step in s; keep
     omega h below about 0.3 for the fastest mode. `samples`: length of the result. `steps`: how many steps to take, at
     most `samples - 1` (the default); the rest stays zero. A traced number of steps allows forward-mode
-    derivatives only; a static one both modes.
+    derivatives only; a static one both modes. `tool_mass`: kg, the part m_t of the moving mass that lies between
+    contact and sensor, which reads F_C - m_t x''; None: the sensor reads the contact force.
 
     **Returns:** a `Response` with leaves of shape `(samples,)`, in N.
     """
     h = jnp.asarray(h, float)
-    system = make_system(rig, impact, effects, pull)
+    system = make_system(rig, impact, effects, pull, tool_mass)
     moving_0 = start(system, h)
 
     def body(k: Int[Array, ""], carry: tuple[Moving, Response]) -> tuple[Moving, Response]:

@@ -53,9 +53,10 @@ def run(config: CorrectedConfig, resume: bool, say: Say, origin: Origin | None =
     folder, timings, clock = config.output, {}, time.perf_counter
     path = config.labels.model
     gap = read_model(path / "model.json" if path.is_dir() else path)
-    if gap.low_pass and config.labels.force == "sensed":
+    between = "a low-pass" if gap.low_pass else "a tool" if gap.tool_mass_kg else ""
+    if between and config.labels.force == "sensed":
         raise InputError(
-            "labels.force: is 'sensed', but the readings of that model have been through a low-pass, which is not"
+            f"labels.force: is 'sensed', but {between} lies between force and reading of that model, which is not"
             " learnt; take 'contact'"
         )
     model = of_diagnosis(gap, source=str(path))
