@@ -555,11 +555,13 @@ def test_axe_finds_nothing_serious(browser: Any, ready: Served, size: str, schem
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("size, scheme", LOOKS[:2])
-def test_the_whole_job(browser: Any, tmp_path: Path, size: str, scheme: str) -> None:
-    """examples/session.mcap from the file to the fleet; axe looks at the pages that the commands write, too."""
+def test_the_whole_job(browser: Any, tmp_path: Path) -> None:
+    """examples/session.mcap from the file to the fleet, then looked at on a phone.
+
+    axe looks at the pages that the commands write, too.
+    """
     with served(tmp_path) as app:
-        looker = Looker(browser, app, size, scheme)
+        looker = Looker(browser, app)
         page = looker.page
         page.set_input_files("#files", EXAMPLES / "session.mcap")
         page.wait_for_url("**/open")
@@ -626,6 +628,12 @@ def test_the_whole_job(browser: Any, tmp_path: Path, size: str, scheme: str) -> 
                 page.wait_for_timeout(0)
                 assert findings(page, axe_source()) == []
         looker.done()
+        phone = Looker(browser, app, "phone", "dark")
+        for step in ("open", "cut", "rig", "plan", "diagnose", "use"):
+            phone.page.goto(f"{app.origin}/s/0/session/{step}")
+            assert phone.page.locator("main").is_visible() and phone.fits(), step
+        expect(phone.page.locator("#peak-said")).to_contain_text("±")
+        phone.done()
 
 
 @pytest.mark.long
