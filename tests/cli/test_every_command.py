@@ -43,7 +43,7 @@ ANSWERS = {
     "design": ["--config", ROOT / "configs/design.yaml"],
     "check": ["--model", RIG, "--situations", ROOT / "configs/situations.csv"],
     "plan": [
-        ROOT / "examples/rig/dataset.yaml",
+        ROOT / "examples/session_rig.yaml",  # a dataset.yaml will do, too
         "--conditions",
         ROOT / "examples/rig/held_out_conditions.csv",
     ],

@@ -67,7 +67,7 @@ def test_nothing_acts_at_a_component_that_the_rig_does_not_have(gravity_set: Gap
     with few_explanations(("gravity", "sensor_scale"), ("unknown_actuator", "unknown_sensor")):
         found = diagnose(gravity_set, without=["actuator"])
     assert {name for f in found.fits for name in f.explanation} == {"sensor_scale", "unknown_sensor"}
-    assert found.component["actuator"] == 0.0 and set(found.absorbed) == {"sensor_scale"}
+    assert found.component["actuator"] == 0.0 and [x.effect for x in found.detectability] == ["sensor_scale"]
     content = document(found)["contributions"]
     background = next(part for part in content if part["effect"] == "background")
     assert background["component"]["actuator"] == 0.0

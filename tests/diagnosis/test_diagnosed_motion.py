@@ -52,7 +52,7 @@ def test_by_how_much_it_changes_the_force_is_said() -> None:
     assert found
     # against forces of the same rig whose robot kept its speed, which miss these by as much
     still = fit(replace(o, robot=None), (), begin(RIG.values), iterations=0)
-    missed = np.sqrt((still.residual[o.used] ** 2).mean())
+    missed = np.sqrt(((o.force - still.linearised().predicted)[o.used] ** 2).mean())
     assert float(found[1]) == pytest.approx(missed, rel=0.1)
     assert statement(replace(o, robot=None), nominal) == ""
     steady = o.robot._replace(velocity=1e-4 * o.robot.velocity)

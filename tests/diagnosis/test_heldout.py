@@ -23,11 +23,16 @@ def test_what_repeats_share_is_missed_and_what_they_differ_by_is_floor() -> None
     residual = shared + random.normal(0, 3.0, shared.shape)
     residual[-3:], condition[-3:] = 5.0, [39, 40, 41]
     held = HeldOut(residual, np.full(residual.shape, 100.0), np.ones(120), np.ones(120))
-    trials: Any = SimpleNamespace(condition=condition, traced=np.ones(residual.shape, bool))
+    interval = np.full(120, 1e-4)
+    trials: Any = SimpleNamespace(
+        condition=condition, traced=np.ones(residual.shape, bool), interval=interval
+    )
     floor = pure_error(trials, held)
     assert floor[:-3].mean() == pytest.approx(9.0, rel=0.05)
     assert (held.residual**2 - floor)[:-3].mean() == pytest.approx(4.0, rel=0.05)
     assert (floor[-3:] == 100.0).all()
+    interval[:] = 1e-4 * (1 + np.arange(120))  # sampled at other times each: no sample is repeated
+    assert (pure_error(trials, held) == 100.0).all()
 
 
 def test_each_trial_is_shifted_to_where_it_fits_best(diagnosed: Diagnosis) -> None:

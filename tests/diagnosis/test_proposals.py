@@ -24,26 +24,21 @@ def test_a_law_is_dropped_within_the_program_that_has_it(
     fitted: Any = SimpleNamespace(
         explanation=both,
         physical=physical,
-        theta=np.append(physical, [0.5, 0.6]),
+        common=np.array([0.5, 0.6]),
         nuisance=None,
         program=Fit.program.fget(SimpleNamespace(explanation=both, grid=Grid(1e-4, 100, program=program))),  # type: ignore[attr-defined]
     )
-    proposals.without(None, fitted, "end_stop", 0)  # type: ignore[arg-type]
+    proposals.without(None, fitted, ("gravity",))  # type: ignore[arg-type]
     ((explanation, theta, how),) = seen
     assert explanation == ("gravity",) and how["program"] == (program or both)
     assert theta.tolist() == [1.0, 2.0, 3.0, 4.0, 9.0, 0.5, 0.6]
 
 
 def test_another_law_is_put_in_place_of_each(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where in place of another one two promise more; what is left without it is fitted again before."""
-    far = {
-        "end_stop": 900.0,
-        "gravity": 50.0,
-    }  # objective of the rest without a law, before it is fitted again
+    """Also where in place of another one two promise more."""
 
-    def without(o: Any, leader: Any, name: str, iterations: int) -> Any:
-        (rest,) = (e for e in leader.explanation if e != name)
-        return SimpleNamespace(explanation=(rest,), objective=40.0 if iterations else far[name])
+    def without(o: Any, leader: Any, rest: Any) -> Any:
+        return SimpleNamespace(explanation=rest, objective=40.0)
 
     def couples(rest: Any, effects: Any) -> list[proposals.Couple]:
         gains = {

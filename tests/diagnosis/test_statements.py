@@ -34,6 +34,7 @@ def test_a_fast_ring_that_hides_causes_is_to_be_filtered(
 
 def test_nothing_is_said_of_repeats_that_agree() -> None:
     assert not of_scatter(QUIET, replace(repeated(0.0), noise=Noise(QUIET)))
+    assert not of_scatter(0.0, replace(repeated(0.0), noise=Noise(QUIET)))  # as exact as a simulation is
 
 
 def test_laws_beside_a_missing_cause_are_not_called_small() -> None:

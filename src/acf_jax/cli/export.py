@@ -24,7 +24,7 @@ Examples:
 @click.option(
     "--surrogate",
     type=click.Path(path_type=Path),
-    help="A model.eqx that train.fit wrote, or `shipped`; without it the exact peak of the paper's model.",
+    help="A model.eqx that `train` or train.fit wrote, or `shipped`; without it the exact peak of the paper's model.",
 )
 @click.option(
     "--c", "header", type=click.Path(path_type=Path), help="Write a C99 header that needs math.h and no more."
@@ -110,7 +110,7 @@ def _faults(surrogate: Path | None, header: Path | None, network: Path | None) -
     if network is not None and surrogate is None:
         faults.append("--onnx writes a surrogate; name one by --surrogate model.eqx, or --surrogate shipped")
     if surrogate is not None and str(surrogate) != "shipped" and not surrogate.is_file():
-        remedy = "name a model.eqx that train.fit wrote, or `shipped`"
+        remedy = "name a model.eqx that `train` or train.fit wrote, or `shipped`"
         faults.append(f"--surrogate {surrogate}: no such file; {remedy}")
     if header is not None:
         faults += c_faults(header, surrogate is not None, "--c")

@@ -31,12 +31,13 @@ def command(
 ) -> None:
     """Tell what trials would show, before any is made.
 
-    DESCRIPTION is a dataset.yaml: the rig as known beforehand, and how force will be measured.
+    DESCRIPTION is a rig's file or a dataset.yaml: the rig as known beforehand, and how force will be measured.
     """
     from acf_jax.dataset import Trial, read_conditions
-    from acf_jax.dataset.description import read_description
+    from acf_jax.dataset.description import SCHEMA, check_description
     from acf_jax.dataset.units import low_pass_fault
     from acf_jax.errors import InputError
+    from acf_jax.files import read_yaml_mapping
 
     faults: list[str] = []
     if not 100 <= sample_rate <= 1e6:
@@ -50,7 +51,8 @@ def command(
             if read == "conditions":
                 trials = read_conditions(conditions)
             else:
-                _, rig, measurement = read_description(description)
+                document = {"schema": SCHEMA} | read_yaml_mapping(description)
+                _, rig, measurement = check_description(description, document)
         except InputError as error:
             faults += error.faults
     if rig and measurement and measurement.low_pass:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 RIG = ("m", "d", "k_f", "k_c")
 IMPACT = ("v_e", "f_p")
-HELP = "A rig's YAML file, a diagnosis' model.json, or a model.eqx that was trained on one."
+HELP = "A rig's YAML file, a diagnosis' folder or model.json, or a model.eqx trained on one."
 TRAINED = "acf-jax corrected surrogate 1"
 
 

@@ -1,4 +1,4 @@
-"""Fitting the candidate explanations: single effects, the four free curves, and pairs found by forward search."""
+"""Fitting the candidate explanations: single effects and free curves, and one more effect beside a fit."""
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -11,7 +11,16 @@ from acf_jax.effects import AbstractOscillator, library
 from acf_jax.inference.baseline import Ground, Promise
 from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, begin, classes, is_free_curve, parameters, starts
+from acf_jax.inference.parameters import (
+    RIG,
+    Explanation,
+    begin,
+    classes,
+    is_free_curve,
+    parameters,
+    places,
+    starts,
+)
 
 LITTLE = 2.0  # chi-square of a sample below which the recalibrated model leaves little
 HINT = 2.0  # chi-square that a start beside the recalibrated model has to promise
@@ -27,6 +36,11 @@ Result = TypeVar("Result")
 def fit_nominal(observations: Observations) -> Fit:
     """The paper's model with its own parameters refitted."""
     return fit(observations, (), begin(observations.prior.values))
+
+
+def unfitted(observations: Observations) -> Fit:
+    """The paper's model at the rig's prior values."""
+    return fit(observations, (), begin(observations.prior.values), warm=True, iterations=0)
 
 
 def fit_single(ground: Ground, name: str) -> Fit:
@@ -92,7 +106,7 @@ def _glances_from(
     """Short fits of one effect or free curve from starts at the prior (`far`) and the recalibrated rig (`near`)."""
     observations, nominal = ground.observations, ground.fitted
     at_prior = [begin(observations.prior.values, start) for start in far]
-    at_nominal = [np.concatenate([nominal.theta[:4], start, nominal.common]) for start in near]
+    at_nominal = [np.concatenate([nominal.theta[: len(RIG)], start, nominal.common]) for start in near]
     fit_it = partial(fit, observations, (name,), iterations=GLANCE, tolerance=_tolerance((name,)))
     return [fit_it(theta) for theta in at_prior] + [
         fit_it(theta, nominal.nuisance, warm=True) for theta in at_nominal
@@ -122,9 +136,9 @@ def _is_oscillator(explanation: Explanation) -> bool:
 
 def _begun_at_mode_of(observations: Observations, explanation: Explanation, other: Fit) -> Fit:
     """A glance from the rig and the mode where another oscillator's fit ended."""
-    (mine,), (law,), (block,) = classes(explanation), classes(other.explanation), blocks_of(other)
+    (mine,), (law,) = classes(explanation), classes(other.explanation)
     assert issubclass(mine, AbstractOscillator) and issubclass(law, AbstractOscillator)
-    omega, zeta = map(float, law(*block).mode())
+    omega, zeta = map(float, law(*other.physical[len(RIG) :]).mode())
     if not np.isfinite([omega, zeta]).all():  # the other one has no strength, so no mode
         return other
     theta = np.concatenate([other.theta[: len(RIG)], mine.of_mode(omega, zeta), other.common])
@@ -144,12 +158,13 @@ def fit_more(
     `begins`: `Promise.parameters` of each promise. `near`: the fit leaves so little that what was promised is near the
     answer: it begins there alone.
     """
-    blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
     explanation = tuple(sorted((*fitted.explanation, name)))
 
     def beside(start: np.ndarray) -> np.ndarray:
-        middle = [blocks.get(effect, start) for effect in explanation]
-        return np.concatenate([fitted.theta[:4], *middle, fitted.theta[len(fitted.physical) :]])
+        physical = np.empty(len(parameters(explanation)))
+        physical[places(fitted.explanation, explanation)] = fitted.physical
+        physical[places((name,), explanation)[len(RIG) :]] = start
+        return np.append(physical, fitted.common)
 
     strong = np.array(starts(name, observations.measures)[-1])
     return best(
@@ -158,13 +173,7 @@ def fit_more(
     )
 
 
-def go_on(
-    observations: Observations,
-    fitted: Fit,
-    warm: bool = False,
-    iterations: int = ITERATIONS,
-    tolerance: float | None = None,
-) -> Fit:
+def go_on(observations: Observations, fitted: Fit, warm: bool = False) -> Fit:
     """A fit carried on that was ended early, or (`warm`) that ended under another noise."""
     return fit(
         observations,
@@ -172,8 +181,7 @@ def go_on(
         fitted.theta,
         fitted.nuisance,
         warm=warm,
-        iterations=iterations,
-        tolerance=_tolerance(fitted.explanation) if tolerance is None else tolerance,
+        tolerance=_tolerance(fitted.explanation),
         program=fitted.program,
     )
 
@@ -200,12 +208,6 @@ def in_parallel(tasks: Sequence[Callable[[], Result]]) -> list[Result]:
     """Run tasks on all workers, results in the order of the tasks."""
     with ThreadPoolExecutor(WORKERS) as pool:
         return list(pool.map(lambda task: task(), tasks))
-
-
-def blocks_of(fitted: Fit) -> list[np.ndarray]:
-    """The parameters of each effect of a fit."""
-    sizes = [len(cls.parameters()) for cls in classes(fitted.explanation)]
-    return np.split(fitted.physical[4:], np.cumsum(sizes)[:-1]) if sizes else []
 
 
 def singles(causes: Sequence[str]) -> list[Explanation]:

@@ -12,14 +12,14 @@ from functools import partial
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import best, blocks_of, in_parallel
+from acf_jax.diagnosis.candidates import best, in_parallel
 from acf_jax.diagnosis.heldout import HeldOut
 from acf_jax.diagnosis.shrinkage import ENDS, resample
 from acf_jax.evidence.posterior import Scored
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve, rests
+from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve, places, rests
 
 BACKGROUND, SCATTER = "background", "scatter"
 RESAMPLES = 1000  # of the bootstrap: the ends of an interval are known to a few hundredths of its width
@@ -149,11 +149,10 @@ def _changes(o: Observations, fits: Sequence[Fit], corrected: Fit, named: Sequen
 
 def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fit:
     """A fit of some of a fit's effects, from its parameters and from its rig's prior."""
-    blocks = dict(zip(corrected.explanation, blocks_of(corrected), strict=True))
-    kept = [blocks[name] for name in effects]
-    rigs = corrected.theta[: len(RIG)], o.prior.values
+    kept = corrected.physical[places(effects, corrected.explanation)]
+    begins = kept, np.concatenate([o.prior.values, kept[len(RIG) :]])
     again = partial(fit, o, effects, program=corrected.program)
-    return best(again(np.concatenate([rig, *kept, corrected.common]), corrected.nuisance) for rig in rigs)
+    return best(again(np.append(begin, corrected.common), corrected.nuisance) for begin in begins)
 
 
 def _peaks(o: Observations, after: HeldOut, changes: Sequence[np.ndarray]) -> list[float]:

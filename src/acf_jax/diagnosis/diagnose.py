@@ -1,6 +1,6 @@
 """The whole diagnosis: quality, fits, probabilities, held-out figures, what cannot be told apart, what to do next."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from acf_jax.dataset.filtered import assess_low_passed
 from acf_jax.dataset.low_pass import approach_behind, thinned
 from acf_jax.dataset.noise import approach_samples
 from acf_jax.diagnosis import claims, damage, identifiability, motion, statements, strain
-from acf_jax.diagnosis.candidates import fit_nominal
+from acf_jax.diagnosis.candidates import best, fit_nominal, unfitted
 from acf_jax.diagnosis.contributions import Contribution, contributions
 from acf_jax.diagnosis.experiment import Experiment, propose
 from acf_jax.diagnosis.explain import explain
@@ -24,7 +24,7 @@ from acf_jax.diagnosis.heldout import (
 )
 from acf_jax.diagnosis.interim import Interim, Watch
 from acf_jax.diagnosis.outliers import outliers
-from acf_jax.diagnosis.search import Progress, fit_alone, fit_together, settled
+from acf_jax.diagnosis.search import fit_alone, fit_together, settled
 from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, held_out_left, peak_shrinkage
 from acf_jax.diagnosis.trial_peaks import measured_peaks, same_peaks
 from acf_jax.diagnosis.verdict import judge
@@ -33,10 +33,10 @@ from acf_jax.effects import remaining
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored, credible_set, posterior
 from acf_jax.inference.discrepancy import FORMS
-from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.fit import Fit
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Observations, observe
-from acf_jax.inference.parameters import Explanation, begin, label
+from acf_jax.inference.parameters import Explanation, label
 from acf_jax.inference.scatter import with_scatter
 
 ONE_CONDITION = (
@@ -44,6 +44,8 @@ ONE_CONDITION = (
     " add trials at another contact velocity"
 )
 NOT_COMPARED = "its trace holds nothing to compare: no impact, or its end, lies behind first contact"
+
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,6 @@ class Diagnosis:
     credible: tuple[Explanation, ...]
     component: dict[str, float]
     indistinguishable: tuple[identifiability.Pair, ...]
-    absorbed: dict[str, float]
     detectability: tuple[identifiability.Detectability, ...]
     gap_map: GapMap
     gap: dict[str, GapFigures]
@@ -142,7 +143,7 @@ def diagnose(
 
     progress("holding out one condition after the other")
     measured = measured_peaks(quality, observations)
-    nominal = _unfitted(observations)
+    nominal = unfitted(observations)
     validation = CrossValidation(observations, measured, recalibrated, corrected)
     held = {
         "nominal": hold_out(observations, nominal, measured, validation.scattered, refit=False),
@@ -199,7 +200,6 @@ def diagnose(
         credible=tuple(credible),
         component=component,
         indistinguishable=tuple(pairs),
-        absorbed={d.effect: d.absorbed for d in detectability},
         detectability=detectability,
         gap_map=gap_map(observations, recalibrated, held["recalibrated"]),
         gap=gap,
@@ -249,7 +249,7 @@ def _fit(
     """
     observations = with_scatter(observed)
     recalibrated, fits = _alone(quality, observations, causes, progress, interim)
-    found = with_scatter(observed, min(fits, key=lambda f: f.objective))
+    found = with_scatter(observed, best(fits))
     if found.rings or found.noise != observations.noise:
         observations = found
         recalibrated, fits = _alone(quality, observations, causes, progress, interim)
@@ -268,7 +268,7 @@ def _alone(
     interim.anew()
     progress("recalibrating the paper's model")
     recalibrated = fit_nominal(observations)
-    interim.gap(observations, measured_peaks(quality, observations), _unfitted(observations), recalibrated)
+    interim.gap(observations, measured_peaks(quality, observations), unfitted(observations), recalibrated)
     interim.fitted([recalibrated])
     progress("fitting every effect")
     return recalibrated, fit_alone(observations, recalibrated, causes, interim.fitted)
@@ -282,11 +282,6 @@ def _corrected(fits: Sequence[Fit], probability: np.ndarray, told: Posterior) ->
     first = told.scored[0].explanation
     matching = [i for i, f in enumerate(fits) if told.stated(f.explanation) == first]
     return fits[max(matching, key=lambda i: probability[i], default=0)]
-
-
-def _unfitted(observations: Observations) -> Fit:
-    """The paper's model at the rig's prior values."""
-    return fit(observations, (), begin(observations.prior.values), warm=True, iterations=0)
 
 
 def _rivals(fits: Sequence[Fit], leader: Fit) -> list[Fit]:

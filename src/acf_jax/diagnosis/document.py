@@ -58,7 +58,7 @@ def document(diagnosis: Diagnosis) -> dict[str, Any]:
         "shrinkage": {"force": _shrinkage(d.shrinkage_force), "peak": _shrinkage(d.shrinkage_peak)},
         "contributions": [_contribution(c) for c in d.contributions] or None,
         "parameters": fitted_parameters(d.corrected),
-        "absorbed": {name: _round(share) for name, share in d.absorbed.items()},
+        "absorbed": {x.effect: _round(x.absorbed) for x in d.detectability},
         "next_experiment": _experiment(d),
         "evidence": [
             {

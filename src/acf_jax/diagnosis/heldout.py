@@ -11,8 +11,8 @@ from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.forward import Forces, forward, reach_of
 from acf_jax.inference.interpolation import peak_of
 from acf_jax.inference.linear import linearise, residual_of
-from acf_jax.inference.observations import TIMING, Observations
-from acf_jax.inference.parameters import Explanation, parameters
+from acf_jax.inference.observations import N_NUISANCE, TIMING, Observations
+from acf_jax.inference.parameters import COMMON, Explanation, parameters
 
 LATEST = 3.0  # the farthest trigger time, in prior standard deviations
 LOOKS = (25, 9, 9)  # at trigger times: a quarter of a deviation apart, as rings need, then ever closer
@@ -52,7 +52,7 @@ def hold_out(
 ) -> HeldOut:
     """Leave one condition out at a time, refit the rest from the full fit, and predict what was left out.
 
-    With `refit` false the parameters stay at the prior, as for the paper's model before any fit. `scattered` is the fit
+    With `refit` false the parameters stay as they are. `scattered` is the fit
     whose nuisances say how much velocity, pretension and trigger really vary from trial to trial.
     """
     o = observations
@@ -78,8 +78,11 @@ def _predict_unseen(
     physical = theta[: len(parameters(fitted.explanation))]
     reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)
-    forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach, left.robot)
-    nuisance = _when_triggered(left, forces, theta[len(physical) :], fitted.grid.h)
+    common = theta[len(physical) :]
+    late = np.tile(common[COMMON : left.n_common], (len(left.names), 1))  # of the robot's motion
+    error = np.hstack([np.zeros((len(late), left.n_moving - N_NUISANCE)), late])
+    forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach, left.robot, error)
+    nuisance = _when_triggered(left, forces, common, fitted.grid.h)
     linear = linearise(left, fitted.explanation, fitted.coordinates, u, nuisance, fitted.grid, reach)
     if not linear.is_sound:  # a free curve goes astray there: it predicts no force at all
         nothing = np.where(left.used, left.force, 0.0), np.where(left.used, o.noise.std**2, 0.0)
@@ -205,8 +208,8 @@ def pure_error(observations: Observations, held: HeldOut) -> np.ndarray:
     noise, scatter and rings they have (pure error: Box, Hunter and Hunter, 'Statistics for Experimenters', 2005).
     """
     o, floor = observations, held.floor.copy()
-    for condition in np.unique(o.condition):
-        there = o.condition == condition
+    for condition, interval in set(zip(o.condition.tolist(), o.interval.tolist(), strict=True)):
+        there = (o.condition == condition) & (o.interval == interval)  # samples of the same times
         used = o.traced[there]
         count = used.sum(0)
         mean = np.where(used, held.residual[there], 0.0).sum(0) / np.maximum(count, 1)

@@ -14,10 +14,19 @@ from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, every_effect, is_free_curve, parameters, starts
+from acf_jax.inference.parameters import (
+    RIG,
+    Explanation,
+    Measures,
+    every_effect,
+    is_free_curve,
+    parameters,
+    starts,
+)
 
 BAYES_ERROR = 0.10  # two explanations count as indistinguishable above it
 ENOUGH = 1e-3  # share of the squared distance that an iteration has to gain; the error needs no more digits
+DETECTABLE = 3.0  # standard deviations: a whitened distance below it cannot be told from noise
 NOTHING = 1e-2  # standard deviations: less is rounding
 
 
@@ -57,10 +66,11 @@ def confusable(observations: Observations, truth: Fit, fits: Sequence[Fit]) -> l
         guesses = [other.theta]
         if len(other.explanation) == 1:
             guesses += [
-                np.concatenate([truth.theta[:4], s, truth.common]) for s in starts(other.explanation[0])[:1]
+                np.concatenate([truth.theta[: len(RIG)], s, truth.common])
+                for s in starts(other.explanation[0], ideal.measures)[:1]
             ]
         again = partial(fit, ideal, other.explanation, tolerance=ENOUGH, program=other.program)
-        return best(again(guess, warm=guess is other.theta) for guess in guesses)
+        return best(map(again, guesses))
 
     others = [f for f in fits if f.explanation != truth.explanation and not is_free_curve(f.explanation)]
     imitations = in_parallel([partial(imitate, f) for f in others])
@@ -82,12 +92,12 @@ def stated(pairs: Sequence[Pair], told: Posterior) -> list[Pair]:
     return list(found.values())
 
 
-def _by_first_strength(name: str) -> list[list[float]]:
+def _by_first_strength(name: str, measures: Measures) -> list[list[float]]:
     """The starts of an effect, every strength but the first one at zero: it is the size that is spoken of."""
     known = every_effect()[name].parameters()
     return [
         [value if k == 0 or p.shape else 0.0 for k, (p, value) in enumerate(zip(known, start, strict=True))]
-        for start in starts(name)
+        for start in starts(name, measures)
     ]
 
 
@@ -120,8 +130,8 @@ def detectability(observations: Observations, nominal: Fit, effects: Sequence[st
     for i, name in enumerate(names):
         confused = [names[j] for j in range(len(names)) if j != i and bayes_error(apart[i, j]) > BAYES_ERROR]
         first = library()[name].parameters()[0]
-        is_within = 3 * first.scale < distance[i] * first.high
-        smallest = float(3 * first.scale / distance[i]) if is_within else None
+        is_within = DETECTABLE * first.scale < distance[i] * first.high
+        smallest = float(DETECTABLE * first.scale / distance[i]) if is_within else None
         result.append(
             Detectability(name, smallest, first.unit, float(distance[i]), tuple(confused), seen[name][1])
         )
@@ -130,8 +140,11 @@ def detectability(observations: Observations, nominal: Fit, effects: Sequence[st
 
 def _shown(ground: Ground, name: str) -> tuple[np.ndarray, float, float] | None:
     """What an effect of typical size shows, as of `_typical`: its first strength, or all where that moves nothing."""
-    shown = _typical(ground, name, _by_first_strength(name))
-    return _typical(ground, name, starts(name)) if shown is not None and shown[2] < NOTHING else shown
+    measures = ground.observations.measures
+    shown = _typical(ground, name, _by_first_strength(name, measures))
+    return (
+        _typical(ground, name, starts(name, measures)) if shown is not None and shown[2] < NOTHING else shown
+    )
 
 
 def _typical(ground: Ground, name: str, begins: list[list[float]]) -> tuple[np.ndarray, float, float] | None:
@@ -142,9 +155,9 @@ def _typical(ground: Ground, name: str, begins: list[list[float]]) -> tuple[np.n
     found = list(ground.signatures(name, begins))
     if not found:
         return None
-    left = np.array([ground.projector.gram(s[None])[0, 0] for _, s, _ in found])
-    whole = np.array([ground.projector.gram_of_nuisances(s[None])[0, 0] for _, s, _ in found])
-    start, strongest, _ = found[int(np.argmax(left))]
+    left = np.array([ground.projector.gram(s[None])[0, 0] for _, s in found])
+    whole = np.array([ground.projector.gram_of_nuisances(s[None])[0, 0] for _, s in found])
+    start, strongest = found[int(np.argmax(left))]
     typical = library()[name].parameters()[0].scale / (abs(start[0]) or 1.0)
     absorbed = float(np.clip(1 - (left / np.maximum(whole, 1e-12)).min(), 0.0, 1.0))
     return strongest * typical, absorbed, float(np.sqrt(max(left.max(), 0.0)) * typical)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from acf_jax.diagnosis.candidates import best
 from acf_jax.diagnosis.search import FAR
 from acf_jax.inference.discrepancy import FORMS, discrepancy
 from acf_jax.inference.fit import Fit, after_a_step, fit
@@ -21,10 +22,10 @@ def outliers(observations: Observations, fits: Sequence[Fit]) -> dict[str, str]:
     if len(observations.names) < 5:
         return {}
     fits = [f for f in fits if np.isfinite(f.objective)]
-    best = min(fits, key=lambda f: f.objective)
-    leaves_much = 2 * best.objective > FAR * observations.n_used
+    ahead = best(fits)
+    leaves_much = 2 * ahead.objective > FAR * observations.n_used
     found = _bends_every_fit(observations, fits) if leaves_much else {}
-    return found or _misfits(observations, best)
+    return found or _misfits(observations, ahead)
 
 
 def _misfits(observations: Observations, fitted: Fit) -> dict[str, str]:

@@ -4,13 +4,13 @@ import numpy as np
 
 from acf_jax.dataset import Measurement, Noise, RigPrior, Trial
 from acf_jax.dataset.low_pass import is_kept, settling_time
+from acf_jax.diagnosis.candidates import unfitted
 from acf_jax.diagnosis.identifiability import Detectability, detectability
 from acf_jax.effects import library
-from acf_jax.inference.fit import RESOLVED, fit
+from acf_jax.inference.fit import RESOLVED
 from acf_jax.inference.forward import SAMPLES, Grid, forward, step_for
 from acf_jax.inference.interpolation import at_times, first_loss
 from acf_jax.inference.observations import ONSET, Observations, compared_time
-from acf_jax.inference.parameters import begin
 
 
 def plan(
@@ -27,7 +27,7 @@ def plan(
     **Returns:** one `Detectability` an effect, in alphabetical order.
     """
     observations = imagine(rig, measurement, conditions, sample_rate, noise_std)
-    nominal = fit(observations, (), begin(rig.values), warm=True, iterations=0)
+    nominal = unfitted(observations)
     return detectability(observations, nominal, list(library()))
 
 

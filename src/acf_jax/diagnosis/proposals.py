@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import blocks_of, fit_more, in_parallel, promised
+from acf_jax.diagnosis.candidates import fit_more, in_parallel, promised
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, rests
+from acf_jax.inference.parameters import Explanation, places, rests
 
 NEAR = 20  # iterations of a fit that begins near its optimum
 
@@ -88,25 +88,16 @@ Proposal = Callable[[Leader, Sequence[str], Iterable[Explanation]], list[Fit]]
 PROPOSALS: tuple[Proposal, ...] = (add, drop, swap)
 
 
-def without(o: Observations, fitted: Fit, name: str, iterations: int) -> Fit:
-    """A fit without one of its laws, carried on from where the others are; no other program is compiled for it."""
-    blocks = dict(zip(fitted.explanation, blocks_of(fitted), strict=True))
-    rest = [effect for effect in fitted.explanation if effect != name]
-    shared = fitted.theta[len(fitted.physical) :]
-    theta = np.concatenate([fitted.theta[: len(RIG)], *(blocks[effect] for effect in rest), shared])
-    again = partial(fit, o, tuple(rest), program=fitted.program)
-    return again(theta, fitted.nuisance, warm=True, iterations=iterations)
+def without(o: Observations, fitted: Fit, rest: Explanation) -> Fit:
+    """The rest of a fit, carried on from where it is with some other law; no other program is compiled for it."""
+    theta = np.append(fitted.physical[places(rest, fitted.explanation)], fitted.common)
+    return fit(o, rest, theta, fitted.nuisance, warm=True, iterations=NEAR, program=fitted.program)
 
 
 def without_each(o: Observations, fitted: Fit, known: Iterable[Explanation]) -> list[Fit]:
     """A fit without each of its laws, but for what is known."""
-    done, own = set(known), fitted.explanation
-    tasks = [
-        partial(without, o, fitted, name, NEAR)
-        for name, rest in zip(own, rests(own), strict=True)
-        if rest not in done
-    ]
-    return in_parallel(tasks)
+    done = set(known)
+    return in_parallel([partial(without, o, fitted, r) for r in rests(fitted.explanation) if r not in done])
 
 
 def _best(found: Iterable[Couple], known: Iterable[Explanation]) -> list[Couple]:

@@ -30,8 +30,6 @@ FURTHER = 2  # effects that are tried beside each single one where the best of t
 HOPELESS = 4.0  # times the best misfit, from which on a glance is all that an explanation gets
 WORTH_ONE_MORE = 6.0  # chi-square that one more effect has to promise before it is fitted
 
-Progress = Callable[[str], None]
-
 
 def fit_alone(
     observations: Observations,
@@ -87,7 +85,7 @@ def settled(
     The colour of the noise is told where the best fit leaves nothing else; not so where the noise is what repeats
     differ by, of which the samples before contact say nothing. Rings that the best fit has no need of are none.
     """
-    best = min(fits, key=lambda f: f.objective)
+    best = candidates.best(fits)
     known = observations.noise
     if observations.peak_only.all() or known.source == "repeats":
         return observations, list(fits)
@@ -98,7 +96,7 @@ def settled(
     found = with_scatter(replace(observations, noise=noise), best)
     is_same = (noise.share, noise.correlation_time) == (known.share, known.correlation_time)
     if is_same and len(found.rings) >= len(observations.rings):
-        return replace(observations, noise=noise), list(fits)
+        return observations, list(fits)
     return found, candidates.in_parallel([partial(candidates.go_on, found, f, warm=True) for f in fits])
 
 

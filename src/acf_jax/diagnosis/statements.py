@@ -22,7 +22,7 @@ def of_ring(ring: Ring) -> str:
 def of_scatter(before: float, o: Observations) -> list[str]:
     """What is said where repeats differ by more than is known to scatter; `before`: N, noise of the approach."""
     within = o.noise.std
-    if within <= before:
+    if o.noise.source != "repeats" or within <= before:  # else it is what a simulation can tell
         return []
     rings = [ring.frequency for ring in o.rings if ring.frequency > 2 * FASTEST * o.measures.frequency]
     advice = "find out what differs from trial to trial"

@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 
-from acf_jax.diagnosis.identifiability import Detectability, Pair
+from acf_jax.diagnosis.identifiability import DETECTABLE, Detectability, Pair
 from acf_jax.evidence.posterior import UNKNOWN, Scored
 from acf_jax.gap_model import Lack
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation
 
-DETECTABLE = 3.0  # whitened distance at which an effect of its typical size counts as detectable
 TOO_MANY = (
     6  # explanations in the credible set that lack a law of the first one: these trials have not answered
 )

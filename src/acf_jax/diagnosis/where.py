@@ -58,7 +58,8 @@ def gap_map(observations: Observations, recalibrated: Fit, held: HeldOut) -> Gap
         phase = {name: value / all_phases for name, value in total_phase.items()}
     # of peaks alone, what they miss; beside traces a peak says too little to compare
     peaks_alone = bool(o.peak_only.all())
-    of_trial = (held.peak - held.measured_peak) ** 2 if peaks_alone else excess.sum(1)
+    missed = np.nan_to_num((held.peak - held.measured_peak) ** 2)  # a lower bound tells no peak
+    of_trial = missed if peaks_alone else excess.sum(1)
     groups = [np.flatnonzero(o.condition == c) for c in np.unique(o.condition)]
     total = sum(max(0.0, float(of_trial[here].sum())) for here in groups) or 1.0
 

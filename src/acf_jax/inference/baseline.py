@@ -44,14 +44,14 @@ class Ground:
 
     def signatures(
         self, name: str, begins: Sequence[list[float]]
-    ) -> Iterator[tuple[list[float], np.ndarray, bool]]:
-        """Of each start the whitened change of the prediction, and whether the strength may be negative."""
+    ) -> Iterator[tuple[list[float], np.ndarray]]:
+        """Of each start the whitened change of the prediction."""
         for start in begins:
             key = name, tuple(start)
             if key not in self.known:
                 self.known[key] = self.bare - _residual(self.observations, self.rig, (name,), start)
             if is_bounded(self.known[key]):
-                yield start, self.known[key], every_effect()[name].acts_either_way()
+                yield start, self.known[key]
 
     def promise(self, name: str) -> Promise:
         """The best of `promises`."""
@@ -67,10 +67,11 @@ class Ground:
         """
         known, measures = every_effect()[name].parameters(), self.observations.measures
         strengths = np.array([not p.shape for p in known])
+        two_sided = every_effect()[name].acts_either_way()
         is_oscillator = any(p.looks and not p.shape for p in known)
         begins, looked = starts(name, measures), looks(name, measures)
         found = {tuple(start): Promise(0.0, np.array(start), start) for start in (*begins, *looked)}
-        for start, signal, two_sided in self.signatures(name, [*begins, *looked]):
+        for start, signal in self.signatures(name, [*begins, *looked]):
             amount, gain = self.projector.promise(signal)
             if two_sided or is_oscillator or amount > 0:
                 scale = 1.0 if is_oscillator else amount

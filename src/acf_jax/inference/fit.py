@@ -15,7 +15,7 @@ from acf_jax.inference.linear import (
     predict,
     steps_of,
 )
-from acf_jax.inference.observations import COMMON_TRIGGER, TIMING, Observations
+from acf_jax.inference.observations import COMMON_TRIGGER, NO_TIME, TIMING, Observations
 from acf_jax.inference.parameters import (
     COMMON,
     Coordinates,
@@ -42,7 +42,6 @@ TOWARDS_BOUND = (
     0.9  # share of the way to a bound that a step goes at most: an effect of no strength has no slope
 )
 LEAST_ZERO = 1e-9  # N, standard deviation of the sensor's zero where nothing is said of it
-NO_INTERVAL = 1e-6  # s, in place of a sampling interval where peaks are all there is
 AT_BOUND = 1e-3  # prior standard deviations from a bound, from which on a step may end there
 
 
@@ -58,7 +57,6 @@ class Fit:
     objective: float  # half chi-square of data and priors
     chi2: np.ndarray  # (trials,) chi-square of each trial's samples and nuisances
     hessian: np.ndarray  # (p, p) of the objective in u, nuisances eliminated, prior included
-    residual: np.ndarray  # (trials, n) N, measured minus fitted
     misfit: float  # chi-square of a sample, at least 1: by how much more than noise the variances are
     log_det_nuisances: np.ndarray  # (trials,) of the inverse curvature in the nuisances
     grid: Grid
@@ -208,7 +206,7 @@ def fit(
     **Returns:** a `Fit`; stops after an iteration that gains less than the share `tolerance` of the objective, and
     promised far less, or two that gain less.
     """
-    interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_INTERVAL
+    interval = float(np.median(observations.intervals)) if observations.intervals.size else NO_TIME
     waves = np.ones(observations.n_shared)
     delay = np.ones(observations.n_common - COMMON)  # of a measured motion, in units of its own
     common_std = max(observations.noise.offset_std, LEAST_ZERO), COMMON_TRIGGER * interval, *delay, *waves
@@ -238,14 +236,11 @@ def fit(
     if np.isfinite(objective):
         normal = normal_equations(linear, u, nuisance)
         hessian, log_det = normal.hessian, np.linalg.slogdet(normal.nuisance_inverse)[1]
-    residual = np.where(observations.used, observations.force - linear.predicted, 0.0)
     with np.errstate(over="ignore"):  # of an unstable integration
         of_trials = (linear.residual**2).sum(1)
-        misfit = max(1.0, float(of_trials.sum()) / max(int((residual != 0).sum()), 1))
+        misfit = max(1.0, float(of_trials.sum()) / max(observations.n_used, 1))
     chi2 = of_trials + (nuisance**2).sum(1)
-    return Fit(
-        observations, explanation, at, u, nuisance, objective, chi2, hessian, residual, misfit, log_det, grid
-    )
+    return Fit(observations, explanation, at, u, nuisance, objective, chi2, hessian, misfit, log_det, grid)
 
 
 def _optimum(

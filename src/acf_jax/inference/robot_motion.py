@@ -87,7 +87,7 @@ def robot_motion(
     for parts, motion, v, begin in zip(velocity, motions, v_e, late, strict=True):
         if motion is not None:
             parts[0] = _even(motion, begin + time, spacing) - v
-            parts[1:] = _errors(motion, parts[0], time, spacing, std)
+            parts[1:] = _errors(motion, parts[0], time, spacing, std, motion.time[-1] - begin)
     return RobotMotion(spacing, velocity)
 
 
@@ -104,11 +104,11 @@ def _even(motion: RobotVelocity, time: np.ndarray, spacing: float) -> np.ndarray
 
 
 def _errors(
-    motion: RobotVelocity, velocity: np.ndarray, time: np.ndarray, spacing: float, std: float
+    motion: RobotVelocity, velocity: np.ndarray, time: np.ndarray, spacing: float, std: float, last: float
 ) -> np.ndarray:
-    """(ERRORS, nodes) m/s, one standard deviation of each part of a measured velocity's error."""
+    """(ERRORS, nodes) m/s, one standard deviation of each part of the error of what is measured until `last`, s."""
     interval = float(np.median(np.diff(motion.time)))
-    end = min(time[-1], motion.time[-1])
+    end = min(time[-1], last)
     share = np.minimum(time / end, 1.0)
     walk = std * np.sqrt(2 * interval / end)
     waves = [walk * np.cos((k + 0.5) * np.pi * share) for k in range(WALKS)]

@@ -30,7 +30,7 @@ def with_scatter(observations: Observations, fitted: Fit | None = None) -> Obser
     trials = alike(loose, fitted)
     ringing = replace(loose, rings=find_rings(loose, trials))
     scattered = replace(ringing, trigger_std=trigger_scatter(ringing))
-    if (ratio := _pure_error(scattered, trials, scattered.noise)) < UNLIKE:
+    if _pure_error(scattered, trials, scattered.noise) < UNLIKE:
         return scattered
     noise = replace(_colour(scattered, trials), source="repeats")
     while (ratio := _pure_error(scattered, trials, noise)) > SETTLED:  # beside more noise rings explain less

@@ -1,7 +1,7 @@
 """What to measure next, and what these trials could have seen at all."""
 
 from acf_jax.diagnosis.diagnose import Diagnosis
-from acf_jax.diagnosis.verdict import DETECTABLE
+from acf_jax.diagnosis.identifiability import DETECTABLE
 from acf_jax.inference.parameters import component_of, every_effect
 from acf_jax.report.markup import Html, details, element, formula, join, table
 from acf_jax.report.words import condition, listed, name_of, percent, si
@@ -71,7 +71,7 @@ def detectable(diagnosis: Diagnosis) -> Html:
             _size(x.smallest, x.unit, x.effect),
             _strength(x.distance_at_typical),
             listed([every_effect()[name].title.lower() for name in x.confused_with]) or "none",
-            percent(d.absorbed.get(x.effect)),
+            percent(x.absorbed),
         )
         for x in found
     ]
