@@ -12,7 +12,7 @@ from acf_jax.inference.linear import linearise
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation
 
-REPEATS = 3
+REPEATS = 3  # of a proposed trial: from three on their scatter shows, too
 STRETCH = 1.25  # how far beyond the tried range a trial may be proposed
 
 

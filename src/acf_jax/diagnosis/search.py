@@ -18,6 +18,8 @@ from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import RIG, Explanation, is_free_curve
 from acf_jax.inference.scatter import with_scatter
 
+# Each of these bounds the time that fits take, none the probability of what is fitted. Where single effects explain the
+# data to a tenth, a free curve no better, and the rig as stated, pairs are tried beside the best; else beside many.
 LEADERS = 3  # explanations from which the forward search goes on
 UNEXPLAINED = 1.1  # chi-square of a sample above which single effects leave something
 FAR = 1.5  # the same above which a fit leaves much

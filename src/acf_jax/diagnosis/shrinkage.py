@@ -18,7 +18,7 @@ RESAMPLES = 2000  # of the bootstrap over conditions
 DRAWS = 200  # of the parameters
 WORLDS = 20_000  # draws of what may be true: the ends of an interval are known to a hundredth of its width
 FORM = 0.01  # share of the gap's mean square that laws leave which are right, but not exact
-ENDS = (0.025, 0.975)
+ENDS = (0.025, 0.975)  # of a 95 % interval
 MOST = 500.0  # logarithm of a ratio: of two conditions it may be any, and its square is still a number
 
 

@@ -25,7 +25,7 @@ from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.parameters import Explanation, component_of, is_free_curve, split
 
 UNKNOWN: Explanation = ("unknown",)
-CREDIBLE = 0.95
+CREDIBLE = 0.95  # as intervals: the share of the probability, or of what laws change, that counts as all
 DATA_SETS = 500  # drawn from the conditions: a probability of a half is told to 2 %
 TINY = float(np.finfo(float).tiny)  # odds of any two explanations exist
 

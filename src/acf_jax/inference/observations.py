@@ -16,7 +16,7 @@ from acf_jax.inference.robot_motion import WALKS, RobotMotion, robot_motion, vel
 from acf_jax.inference.unfinished import digest
 from acf_jax.inference.whitening import Rough, Whitener
 
-LEAST_TRIALS = 3
+LEAST_TRIALS = 3  # two leave nothing to check four parameters of a rig by
 AT_LEAST, AT_MOST = 24.0, 45.0  # of a trace that is compared, in units of 1/omega: four to seven periods
 ONSET = (
     0.9  # samples nearer to first contact than this share of the interval are left out: the jump falls there

@@ -25,7 +25,7 @@ RIG_BOUNDS = (
     (0.0, 1e9),
     (1.0, 1e11),
 )  # far beyond what a data set may state, SI units
-ROUNDING = 1e-12
+ROUNDING = 1e-12  # of a value: closer to zero it is zero
 COMMON = 2  # what all trials share: the sensor's zero, N, and the delay of all triggers, s; waves come behind
 PRIOR_WIDTH = 3.0  # width of the prior of a strength, in its typical values
 PART = 0.5  # width of the prior of a strength within another, of which all is expected
