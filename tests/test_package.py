@@ -252,10 +252,12 @@ def test_readme_installs_every_module_that_a_test_needs():
         others = [name for names in re.findall(r"acf-jax\[(.*?)\]", entries) for name in names.split(",")]
         return set(re.findall(r"[a-z][\w-]*", entries.lower())).union(*map(brought_by, others))
 
-    sources = [file.read_text("utf-8") for file in (ROOT / "tests").rglob("*.py")]
-    modules = {name for source in sources for name in re.findall(r'need_module\("(\w+)', source)}
-    assert "rosbags" in modules
-    assert modules <= brought_by("test")
+    wanted: dict[bool, set[str]] = {True: set(), False: set()}
+    for file in (ROOT / "tests").rglob("*.py"):
+        source = file.read_text("utf-8")
+        wanted["pytestmark = pytest.mark.long" in source].update(re.findall(r'need_module\("(\w+)', source))
+    assert "rosbags" in wanted[False] and "pysindy" in wanted[True]
+    assert wanted[False] <= brought_by("test") and wanted[True] <= brought_by("dev")
 
 
 def test_constraints_name_every_direct_dependency():
