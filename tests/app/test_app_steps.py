@@ -113,13 +113,13 @@ def test_cuts_are_saved_dropped_and_forgotten(app: Served, cut: str) -> None:
 @pytest.mark.long
 def test_the_rig_is_one_file_in_si_units(app: Served, cut: str) -> None:
     seen = version(app, f"{cut}/rig")
-    grams = RIG | {"m-value": "2100", "m-std": "40", "m-unit": "g", "noise": "1.2"}
+    grams = RIG | {"m-value": "2100", "m-std": "40", "m-unit": "g", "noise": "1.2", "tool": "1.3"}
     assert app.post(f"{cut}/rig", grams | {"version": seen}).status == 303
     assert wait(app, cut).state == "done"
     known = read_rig_file(app.home / "pressed/rig.yaml")
     assert (known.prior.m.value, known.prior.m.std) == (2.1, 0.04)
     assert (known.prior.k_c.value, known.prior.k_f.std) == (340e3, 500.0)
-    assert known.measurement == {"force_noise_std_n": 1.2}
+    assert known.measurement == {"force_noise_std_n": 1.2, "tool_mass_kg": 1.3}
     assert read_rig_file(app.home / "pressed/data/dataset.yaml").prior == known.prior
     page = app.get(f"{cut}/rig").text
     assert 'value="340"' in page and 'value="2.1"' in page
@@ -137,7 +137,8 @@ def test_a_rig_that_cannot_be_is_told_by_the_form_s_words(app: Served, cut: str)
         ({"k_c-value": "x"}, "Stiffness of the contact, value"),
         ({"k_f-value": ""}, "Stiffness of the actuator, value"),
         ({"m-unit": "t"}, "no unit"),
-        ({"noise": "-1"}, "measurement"),
+        ({"noise": "-1"}, "Noise of the force sensor"),
+        ({"tool": "2.2"}, "Tool before the sensor: is 2.2 kg, more than all that moves"),
         ({"m-value": "nan"}, "Moving mass"),
     ):
         answer = app.post(f"{cut}/rig", RIG | changed | {"version": version(app, f"{cut}/rig")})

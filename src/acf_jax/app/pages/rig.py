@@ -67,7 +67,32 @@ CONSTANTS = {
         " thin sheet decides it.",
     ),
 }  # fmt: skip
-NOISE = "force_noise_std_n"
+
+
+class Optional(NamedTuple):
+    """What may be stated of the sensor, as a user sees it."""
+
+    key: str  # of `measurement`
+    title: str
+    label: str
+    hint: str
+
+
+OPTIONAL = {
+    "noise": Optional(
+        "force_noise_std_n",
+        "Noise of the force sensor",
+        "Of one sample, N",
+        "Standard deviation. Left empty it is taken from the samples before contact.",
+    ),
+    "tool": Optional(
+        "tool_mass_kg",
+        "Tool before the sensor",
+        "Its mass, kg",
+        "Where the sensor sits between flange and tool: all that lies between contact and sensor. Left empty, the"
+        " sensor is under the part.",
+    ),
+}
 SHOWN = {"m": "kg", "d": "N s/m", "k_f": "N/mm", "k_c": "N/mm"}  # units of an empty form
 
 
@@ -82,21 +107,7 @@ def rig(session: Session, faults: Sequence[str] = (), entered: Mapping[str, str]
             found += error.faults
     fields = entered if entered is not None else known
     rows = [_constant(name, constant, fields) for name, constant in CONSTANTS.items()]
-    noise = element(
-        "fieldset",
-        element("legend", "Noise of the force sensor (optional)"),
-        element(
-            "div",
-            element("label", "Of one sample, N", for_="noise"),
-            number("noise", fields.get("noise", "")),
-            class_="field",
-        ),
-        element(
-            "p",
-            "Standard deviation. Left empty it is taken from the samples before contact.",
-            class_="muted hint",
-        ),
-    )
+    sensor = [_optional(name, what, fields) for name, what in OPTIONAL.items()]
     return page(
         "Rig",
         job_panel(session, running(session)),
@@ -109,8 +120,7 @@ def rig(session: Session, faults: Sequence[str] = (), entered: Mapping[str, str]
         form(
             f"{session.url}/rig",
             hidden("version", session.version(RIG)),
-            element("div", *rows, class_="beside"),
-            noise,
+            element("div", *rows, *sensor, class_="beside"),
             button("Save the rig", class_="first", disabled=running(session) is not None),
         ),
         note("Saved as rig.yaml, which every command takes by --rig.") if session.has(RIG) else None,
@@ -137,11 +147,12 @@ def rig_text(session: Session, fields: Mapping[str, str]) -> str:
                 pair[part] = float(f"{value * unit:.12g}")
         parts[KEYS[name]] = pair
     before = _content(session)
-    measurement = {key: value for key, value in (before.get("measurement") or {}).items() if key != NOISE}
-    if fields.get("noise", "").strip():
-        noise = _number(fields["noise"], "Noise", faults)
-        if noise is not None:
-            measurement[NOISE] = noise
+    measurement = _not_asked(before)
+    for name, what in OPTIONAL.items():
+        if fields.get(name, "").strip():
+            value = _number(fields[name], what.title, faults)
+            if value is not None:
+                measurement[what.key] = value
     if faults:
         raise InputError(faults)
     content = {key: value for key, value in before.items() if key in ("description", "tried")}
@@ -158,13 +169,34 @@ def rig_text(session: Session, fields: Mapping[str, str]) -> str:
 
 
 def description_with(session: Session, text: str) -> str:
-    """dataset.yaml of a data set without a recording, with the rig of `text` in place of its own."""
-    path = session.folder / DATA / "dataset.yaml"
+    """dataset.yaml of a data set without a recording, with what `text` says in place of its own."""
+    content = read_yaml_mapping(session.folder / DATA / "dataset.yaml")
     with TemporaryDirectory() as folder:
-        new = Path(folder) / RIG
-        write_text(new, text)
-        content = read_yaml_mapping(path) | {"rig": read_yaml_mapping(new)["rig"]}
-    return yaml_text(content)
+        path = Path(folder) / RIG
+        write_text(path, text)
+        new = read_yaml_mapping(path)
+    measurement = _not_asked(content) | (new.get("measurement") or {})
+    return yaml_text(content | {"rig": new["rig"]} | ({"measurement": measurement} if measurement else {}))
+
+
+def _not_asked(content: Mapping[str, Any]) -> dict[str, Any]:
+    """What a file states of the measurement that the form does not ask for."""
+    asked = [what.key for what in OPTIONAL.values()]
+    return {key: value for key, value in (content.get("measurement") or {}).items() if key not in asked}
+
+
+def _optional(name: str, what: Optional, fields: Mapping[str, str]) -> Html:
+    return element(
+        "fieldset",
+        element("legend", f"{what.title} (optional)"),
+        element(
+            "div",
+            element("label", what.label, for_=name),
+            number(name, fields.get(name, "")),
+            class_="field",
+        ),
+        element("p", what.hint, class_="muted hint"),
+    )
 
 
 def _constant(name: str, constant: Constant, fields: Mapping[str, str]) -> Html:
@@ -216,8 +248,8 @@ def _known(session: Session) -> dict[str, str]:
             f"{name}-value": f"{prior.value / scale:.10g}",
             f"{name}-std": f"{prior.std / scale:.10g}",
         }
-    noise = found.measurement.get(NOISE)
-    return fields | ({} if noise is None else {"noise": f"{noise:g}"})
+    stated = {name: found.measurement.get(what.key) for name, what in OPTIONAL.items()}
+    return fields | {name: f"{value:g}" for name, value in stated.items() if value is not None}
 
 
 def _content(session: Session) -> dict[str, Any]:
@@ -241,4 +273,6 @@ def _named(fault: str) -> str:
     for name, key in KEYS.items():
         for part, word in ((".value", ""), (".std", ", standard deviation"), ("", "")):
             fault = fault.replace(f"rig.{key}{part}", f"{CONSTANTS[name].title}{word}")
+    for what in OPTIONAL.values():
+        fault = fault.replace(f"measurement.{what.key}", what.title)
     return fault
