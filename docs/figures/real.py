@@ -8,6 +8,7 @@ no recording is part of this repository.
 
 import argparse
 import json
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ COLOURS = {"right": "#15803d", "wrong": "#b91c1c"}
 MODELS = ("nominal", "recalibrated", "corrected")
 WIDTH = 5.2  # inches a set
 COLUMNS = 3
+LETTERS = 58  # of a line over a set
 
 
 def draw_rig(rows: list[dict[str, Any]], sets: Path, out: Path) -> None:
@@ -68,7 +70,8 @@ def draw_set(panel: Axes, row: dict[str, Any], dataset: GapDataset) -> None:
     panel.set_ylabel("N")
     said = " and ".join(row["first"]) or "nothing unmodelled"
     colour = COLOURS.get(row["outcome"], INK)
-    panel.set_title(f"{row['set']}\n{row['verdict']}: {said}", loc="left", fontsize=9, color=colour)
+    lines = [row["set"], *textwrap.wrap(f"{row['verdict']}: {said}", LETTERS)]
+    panel.set_title("\n".join(lines), loc="left", fontsize=9, color=colour)
 
 
 def draw_errors(panel: Axes, row: dict[str, Any]) -> None:
