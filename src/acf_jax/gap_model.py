@@ -91,7 +91,7 @@ class GapModel(Part):
     recalibrated_form_error: float = Field(default=0.0, ge=0, le=FORM_MOST)  # as `peak_form_error`
     low_pass: LowPassForm | None = None  # that readings have been through, and so do predicted ones
     tool_mass_kg: float | None = Field(
-        default=None, gt=0
+        default=None, gt=0, le=RIG_BOUNDS[0][1]
     )  # between contact and sensor, of predicted ones, too
 
     lack: Lack | None = (

@@ -31,6 +31,8 @@ def test_what_repeats_share_is_missed_and_what_they_differ_by_is_floor() -> None
     assert floor[:-3].mean() == pytest.approx(9.0, rel=0.05)
     assert (held.residual**2 - floor)[:-3].mean() == pytest.approx(4.0, rel=0.05)
     assert (floor[-3:] == 100.0).all()
+    interval *= 1 + 1e-14 * np.arange(120)  # of times that are rounded: the same rate
+    assert np.array_equal(pure_error(trials, held), floor)
     interval[:] = 1e-4 * (1 + np.arange(120))  # sampled at other times each: no sample is repeated
     assert (pure_error(trials, held) == 100.0).all()
 

@@ -34,7 +34,7 @@ def command(
     DESCRIPTION is a rig's file or a dataset.yaml: the rig as known beforehand, and how force will be measured.
     """
     from acf_jax.dataset import Trial, read_conditions
-    from acf_jax.dataset.description import SCHEMA, check_description
+    from acf_jax.dataset.description import check_rig
     from acf_jax.dataset.units import low_pass_fault
     from acf_jax.errors import InputError
     from acf_jax.files import read_yaml_mapping
@@ -51,8 +51,7 @@ def command(
             if read == "conditions":
                 trials = read_conditions(conditions)
             else:
-                document = {"schema": SCHEMA} | read_yaml_mapping(description)
-                _, rig, measurement = check_description(description, document)
+                _, rig, measurement = check_rig(description, read_yaml_mapping(description))
         except InputError as error:
             faults += error.faults
     if rig and measurement and measurement.low_pass:

@@ -118,6 +118,11 @@ def read_description(path: Path) -> tuple[str, RigPrior, Measurement]:
     return check_description(path, read_yaml_mapping(path))
 
 
+def check_rig(path: Path, mapping: dict[str, Any]) -> tuple[str, RigPrior, Measurement]:
+    """The same of a rig's file, or of a dataset.yaml: a rig's file needs no schema."""
+    return check_description(path, {"schema": SCHEMA} | mapping)
+
+
 def check_description(path: Path, mapping: dict[str, Any]) -> tuple[str, RigPrior, Measurement]:
     """The same of a mapping that was read from `path`."""
     content, called, faults = as_prior(mapping, str(path))

@@ -10,9 +10,9 @@ from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.forward import Forces, forward, reach_of
 from acf_jax.inference.interpolation import peak_of
-from acf_jax.inference.linear import linearise, residual_of
-from acf_jax.inference.observations import N_NUISANCE, TIMING, Observations
-from acf_jax.inference.parameters import COMMON, Explanation, parameters
+from acf_jax.inference.linear import linearise, motion_errors, residual_of
+from acf_jax.inference.observations import TIMING, Observations
+from acf_jax.inference.parameters import Explanation, parameters
 
 LATEST = 3.0  # the farthest trigger time, in prior standard deviations
 LOOKS = (25, 9, 9)  # at trigger times: a quarter of a deviation apart, as rings need, then ever closer
@@ -79,8 +79,7 @@ def _predict_unseen(
     reach = reach_of(fitted.explanation, physical, o.v_e[seen], o.f_p[seen], fitted.grid)
     u = fitted.coordinates.coordinate(theta)
     common = theta[len(physical) :]
-    late = np.tile(common[COMMON : left.n_common], (len(left.names), 1))  # of the robot's motion
-    error = np.hstack([np.zeros((len(late), left.n_moving - N_NUISANCE)), late])
+    error = motion_errors(left, np.zeros((len(left.names), left.n_nuisances)), common)
     forces = forward(fitted.explanation, physical, left.v_e, left.f_p, fitted.grid, reach, left.robot, error)
     nuisance = _when_triggered(left, forces, common, fitted.grid.h)
     linear = linearise(left, fitted.explanation, fitted.coordinates, u, nuisance, fitted.grid, reach)
@@ -208,11 +207,19 @@ def pure_error(observations: Observations, held: HeldOut) -> np.ndarray:
     noise, scatter and rings they have (pure error: Box, Hunter and Hunter, 'Statistics for Experimenters', 2005).
     """
     o, floor = observations, held.floor.copy()
-    for condition, interval in set(zip(o.condition.tolist(), o.interval.tolist(), strict=True)):
-        there = (o.condition == condition) & (o.interval == interval)  # samples of the same times
+    rate = _rates(o)
+    for condition, own in set(zip(o.condition.tolist(), rate.tolist(), strict=True)):
+        there = (o.condition == condition) & (rate == own)
         used = o.traced[there]
         count = used.sum(0)
         mean = np.where(used, held.residual[there], 0.0).sum(0) / np.maximum(count, 1)
         variance = (np.where(used, held.residual[there] - mean, 0.0) ** 2).sum(0) / np.maximum(count - 1, 1)
         floor[there] = np.where(used & (count > 1), variance, floor[there])
     return floor
+
+
+def _rates(o: Observations) -> np.ndarray:
+    """(trials,) int, alike where samples of one number are read at one time: to within one interval, to the last."""
+    intervals, which = np.unique(o.interval, return_inverse=True)
+    drift = o.traced.shape[1] * np.diff(intervals, prepend=intervals[:1])
+    return np.asarray(np.cumsum(drift > intervals)[which])

@@ -9,8 +9,8 @@ import numpy as np
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import forward, system_of
 from acf_jax.inference.interpolation import at_times
-from acf_jax.inference.observations import N_NUISANCE, Observations
-from acf_jax.inference.parameters import COMMON
+from acf_jax.inference.linear import motion_errors
+from acf_jax.inference.observations import Observations
 from acf_jax.simulator.robot import robot_velocity
 
 TOLD = 1.0  # standard deviations of the noise; a motion that changes the force by less changes nothing
@@ -22,11 +22,10 @@ def inferred_motion(o: Observations, fitted: Fit) -> tuple[np.ndarray, np.ndarra
     **Returns:** (n,) s after first contact; (trials, n) m/s.
     """
     assert o.robot is not None
-    shift = fitted.nuisance[:, : o.n_moving] * o.nuisance_std
-    count, grid = len(o.names), fitted.grid
-    theta = np.tile(fitted.physical, (count, 1))
-    late = np.tile(fitted.common[COMMON : o.n_common], (count, 1))
-    z = np.column_stack([theta, o.v_e + shift[:, 0], o.f_p + shift[:, 1], shift[:, N_NUISANCE:], late])
+    grid = fitted.grid
+    theta = np.tile(fitted.physical, (len(o.names), 1))
+    impacts = np.column_stack([o.v_e, o.f_p]) + fitted.nuisance[:, :2] * o.nuisance_std[:, :2]
+    z = np.column_stack([theta, impacts, motion_errors(o, fitted.nuisance, fitted.common)])
     make = partial(system_of, fitted.explanation, spacing=o.robot.spacing)
 
     @jax.jit

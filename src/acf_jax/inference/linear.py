@@ -137,11 +137,9 @@ def _forces(
 
     In velocity and pretension the paper's model is linear, and laws bend little where repeats differ.
     """
-    shift = nuisance[:, : o.n_moving] * o.nuisance_std
     physical, common = np.split(theta, [len(parameters(explanation))])
-    impacts = np.column_stack([o.v_e, o.f_p]) + shift[:, :2]
-    late = np.tile(common[COMMON : o.n_common], (len(shift), 1))  # of the robot's motion
-    error = np.hstack([shift[:, N_NUISANCE:], late])  # of a motion: then each trial is simulated
+    impacts = np.column_stack([o.v_e, o.f_p]) + nuisance[:, :2] * o.nuisance_std[:, :2]
+    error = motion_errors(o, nuisance, common)  # then each trial is simulated
     steps = steps_of(o, grid.h)
     mean = np.zeros((len(steps), 2))
     np.add.at(mean, o.simulated, impacts)
@@ -152,6 +150,12 @@ def _forces(
     with np.errstate(over="ignore", invalid="ignore"):  # of an unstable integration
         rows[:, 0] += (beside[:, None] @ rows[:, 1 + len(physical) : 3 + len(physical)])[:, 0]
     return Forces(found.contact[o.simulated], rows)
+
+
+def motion_errors(o: Observations, nuisance: np.ndarray, common: np.ndarray) -> np.ndarray:
+    """(trials, q) by how many standard deviations a measured motion is off: of each trial, and that of all."""
+    late = np.tile(common[COMMON : o.n_common], (len(nuisance), 1))
+    return np.hstack([nuisance[:, N_NUISANCE : o.n_moving], late])
 
 
 def steps_of(o: Observations, h: float) -> np.ndarray:

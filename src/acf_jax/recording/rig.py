@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from acf_jax.dataset.description import SCHEMA, check_description
+from acf_jax.dataset.description import check_rig
 from acf_jax.dataset.rig_file import KEYS, REMEDY, as_prior
 from acf_jax.dataset.trials import RigPrior
 from acf_jax.errors import InputError
@@ -69,6 +69,6 @@ def earlier_rig(path: Path) -> RigFile | None:
 def _checked(path: Path, document: dict[str, Any]) -> RigFile:
     if "rig" not in document:
         raise InputError(f"{path}: rig: is missing; {REMEDY}")
-    _, prior, _ = check_description(path, {"schema": SCHEMA} | document)
+    _, prior, _ = check_rig(path, document)
     whole, _, _ = as_prior(document, str(path))  # as a data set has it, whatever the file's form
     return RigFile(prior, whole["rig"], dict(whole.get("measurement") or {}))

@@ -152,7 +152,7 @@ def make_system(
 def start(system: System, h: Scalar, has_sensor: bool = True) -> Moving:
     """The instant of first contact."""
     zero, y_0 = jnp.zeros(()), at_rest(system.effects)
-    f_0 = system.forces(zero, y_0, jnp.where(system.free_share(zero, h, y_0) < 1, 0.0, 1.0))
+    f_0 = system.forces(zero, y_0, system.free_share(zero, zero, y_0))
     memory_0 = tuple(jnp.zeros(e.n_memory) for e in system.effects) if has_sensor else ()
     # Before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensors. Not
     # shorter: the slope of the jump would drown their readings in rounding errors.

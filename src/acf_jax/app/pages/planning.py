@@ -11,7 +11,6 @@ from acf_jax.app import jobs
 from acf_jax.app.commands import SLIDERS as KEPT
 from acf_jax.app.pages.layout import button, faults_box, form, job_panel, note, page, running, slider
 from acf_jax.app.sessions import DATA, RIG, Session
-from acf_jax.dataset.description import SCHEMA
 from acf_jax.documents import yaml_text
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping
@@ -107,13 +106,12 @@ def trials(fields: Mapping[str, str]) -> tuple[str, dict[str, float]]:
 
 
 def description(session: Session) -> str:
-    """The dataset.yaml that `plan` reads: the session's rig."""
+    """The rig's file that `plan` reads: the session's."""
     path = session.folder / (RIG if session.has(RIG) else f"{DATA}/dataset.yaml")
     if not path.is_file():
         raise InputError("the rig is not described yet; describe it first")
     content = read_yaml_mapping(path)
-    kept = {key: value for key, value in content.items() if key in ("rig", "measurement")}
-    return yaml_text({"schema": SCHEMA, "description": "planned trials"} | kept)
+    return yaml_text({key: value for key, value in content.items() if key in ("rig", "measurement")})
 
 
 def _values(session: Session, entered: Mapping[str, str] | None) -> dict[str, float]:
