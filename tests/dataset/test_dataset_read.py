@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from impacts import write
+from impacts import RIG, sampled, write
 
-from acf_jax.dataset import GapDataset, data_sets, read_conditions, read_dataset
+from acf_jax.dataset import GapDataset, Trace, data_sets, read_conditions, read_dataset
+from acf_jax.dataset.units import time_fault
 from acf_jax.errors import InputError
 
 
@@ -303,6 +304,22 @@ def test_units_of_a_trace(folder, column, factor, message):
     scale(folder / "traces/t002.csv", column, factor)
     (fault,) = faults_of(folder)
     assert "t002.csv" in fault and message in fault
+
+
+@pytest.mark.parametrize("rate", [51_200.0, 100_000.0, 200_000.0])
+def test_times_in_ms_of_a_fast_sensor(rate):
+    """A few ms a sample are possible in seconds, but no impact rises for so long."""
+    trace = sampled(0.1, 60.0, np.random.default_rng(0), rate=rate)
+    assert time_fault(trace, RIG.impact_time) is None
+    fault = time_fault(Trace(1e3 * trace.time, trace.force), RIG.impact_time)
+    assert fault is not None and "the force rises for" in fault and "if it is in ms, divide by 1000" in fault
+
+
+@pytest.mark.parametrize("v", [0.05, 0.35])
+def test_a_slow_sensor_is_not_taken_for_a_fast_one_in_ms(v):
+    for seed in range(20):
+        trace = sampled(v, 60.0, np.random.default_rng(seed), rate=100.0, end=2.0)
+        assert time_fault(trace, RIG.impact_time) is None
 
 
 def _swap(text: str) -> str:

@@ -313,6 +313,22 @@ def test_units_and_signs_are_named(tmp_path, changes, message):
     assert re.search(message, said), said
 
 
+@pytest.mark.parametrize(
+    "rate, conditions, message",
+    [
+        (51_200.0, FEW[:4], "where 16 are needed.*"),
+        (102_400.0, FEW[:4], "the force rises for.*"),
+        (102_400.0, FEW, "record it faster.*"),
+    ],
+)
+def test_times_in_ms_of_a_fast_sensor_are_named(tmp_path, rate, conditions, message):
+    """What reads as 50 or 100 Hz, at which an import may be all that there is."""
+    table = columns(made(7, conditions, rate=rate))
+    np.savez(tmp_path / "log.npz", **table | {"time_s": 1e3 * table["time_s"]})
+    said = refused(tmp_path, tmp_path / "log.npz")
+    assert re.search(message + "if its times are in ms, set time_scale: 1.0e-3", said), said
+
+
 def test_recordings_strung_together_are_named(tmp_path):
     """One step back in thousands of samples, small or large, is no late sample."""
     table, other = columns(session()), columns(made(8, FEW, rate=RATE))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from acf_jax.dataset.trials import LowPass, Prior, RigPrior, RobotVelocity, Trace, Trial
+from acf_jax.dataset.trials import Array, LowPass, Prior, RigPrior, RobotVelocity, Trace, Trial
 from acf_jax.documents import is_number
 from acf_jax.errors import shown
 
@@ -71,6 +71,9 @@ MUST_BE_POSITIVE = ("m", "k_c", "limit")
 # Stands in for a rig whose description is faulty, so that the units of its traces are still judged.
 TYPICAL_RIG = RigPrior(Prior(4.0, 2.0), Prior(80.0, 80.0), Prior(5e3, 5e3), Prior(2e5, 1e5))
 
+_SLOW = 50.0  # impact times: longer than a force goes on rising in seconds, shorter than in ms
+_RISEN = 0.8  # of its largest value: noise on a force that lasts adds less
+_CLEAR = 8.0  # times the change from sample to sample, which noise alone does not reach
 _SHORTEST = 0.05  # of an impact, that a trace lasts: no rig's uncertainty explains less
 _OTHER_SPEED = 3.0  # factor between stated and measured velocity at contact: another trial's, unit or axis
 _BEYOND = 1.1  # times its range, that a sensor may read
@@ -104,6 +107,14 @@ def time_fault(trace: Trace, impact_time: float) -> str | None:
             f"time_s advances by {step:g} s a sample, longer than a whole impact (about {impact_time:.2g} s);"
             " if it is in ms, divide by 1000"
         )
+    contact = time >= 0.0
+    if contact.any() and is_undersampled(step, impact_time):
+        rise = rise_time(time[contact], trace.force[contact] - _at_rest(trace)[0])
+        if is_slow_rise(rise, impact_time):
+            return (
+                f"time_s advances by {step:g} s a sample and the force rises for {rise:.3g} s, where an impact lasts"
+                f" about {impact_time:.2g} s; if it is in ms, divide by 1000"
+            )
     if time[-1] <= 0.0 or time[0] > impact_time:
         return (
             f"time_s runs from {time[0]:g} to {time[-1]:g} s and misses the impact that starts at 0;"
@@ -117,6 +128,23 @@ def time_fault(trace: Trace, impact_time: float) -> str | None:
             " whole impact, or if it is in ks, multiply by 1000"
         )
     return None
+
+
+def is_undersampled(step: float, impact_time: float) -> bool:
+    """Whether an impact has fewer than two samples, `step` apart; s both."""
+    return 2.0 * step > impact_time
+
+
+def rise_time(time: Array, force: Array) -> float:
+    """From the first sample until the force, N above its rest, has nearly reached its largest value, s; 0 of noise."""
+    if force.size < 2 or force.max() < _CLEAR * np.median(np.abs(np.diff(force))):
+        return 0.0
+    return float(time[np.argmax(force >= _RISEN * force.max())] - time[0])
+
+
+def is_slow_rise(rise: float, impact_time: float) -> bool:
+    """Whether a force that rises for so long, s, cannot be an impact: its times are in a smaller unit."""
+    return rise > _SLOW * impact_time
 
 
 def force_fault(trace: Trace, expected: float) -> str | None:
@@ -182,13 +210,13 @@ def range_fault(range_n: float, trials: Sequence[Trial]) -> str | None:
 
 def low_pass_fault(low_pass: LowPass, impact_time: float, trials: Sequence[Trial]) -> str | None:
     """Why a filter leaves nothing to compare, or no trace can have been through it; None where neither is so."""
-    cutoff, low = low_pass.cutoff_hz, 1 / impact_time
+    cutoff = low_pass.cutoff_hz
     if fault := CUTOFF.fault(cutoff):
         return f"cutoff_hz {fault}"
-    if cutoff < low:
+    if is_undersampled(0.5 / cutoff, impact_time):  # what is left is told by samples that far apart
         return (
             f"cutoff_hz is {cutoff:g} Hz, which leaves less than two samples of an impact of"
-            f" {1e3 * impact_time:.3g} ms; give at least {low:.3g} Hz"
+            f" {1e3 * impact_time:.3g} ms; give at least {1 / impact_time:.3g} Hz"
         )
     rates = {t.name: 1 / float(np.median(np.diff(t.trace.time))) for t in trials if t.trace}
     name = min(rates, key=rates.__getitem__, default=None)

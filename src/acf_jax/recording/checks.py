@@ -6,10 +6,10 @@ import numpy as np
 
 from acf_jax.dataset import units
 from acf_jax.dataset.trials import RigPrior
-from acf_jax.recording.contacts import APPROACH, sampling_interval
+from acf_jax.recording.contacts import APPROACH, Contact, sampling_interval
 from acf_jax.recording.cut import Cut
 from acf_jax.recording.onset import SURE
-from acf_jax.recording.rate import advised_rate, too_slow
+from acf_jax.recording.rate import IN_MS, advised_rate, too_slow
 from acf_jax.recording.sampling import sampling_fault
 from acf_jax.recording.series import Array
 from acf_jax.recording.session import Session
@@ -32,8 +32,7 @@ def interval_faults(session: Session, impact_time: float) -> list[str]:
     if step > 3.0 * impact_time:
         return [
             f"{where}: a sample every {step:g} s, longer than a whole impact (about {impact_time:.2g} s);"
-            " if its times are in ms, set time_scale: 1.0e-3 in the --mapping file (us: 1.0e-6, ns: 1.0e-9),"
-            f" else record the force faster, at {advised_rate(impact_time)}"
+            f" {IN_MS}, else record the force faster, at {advised_rate(impact_time)}"
         ]
     if SURE * step > APPROACH:
         return [
@@ -47,6 +46,21 @@ def interval_faults(session: Session, impact_time: float) -> list[str]:
         ]
     fault = sampling_fault(session.force, where, impact_time)
     return [fault] if fault else []
+
+
+def rise_faults(session: Session, contacts: Sequence[Contact], impact_time: float) -> list[str]:
+    """Why times of so few samples an impact cannot be in seconds: force rises for far too long, and twice at least."""
+    force, step = session.force, sampling_interval(session.force)
+    if len(contacts) < 2 or not units.is_undersampled(step, impact_time):
+        return []
+    parts = [(force.at(slice(contact.first, contact.stop)), contact) for contact in contacts]
+    rise = sorted(units.rise_time(part.seconds(c.begin), part.value - c.offset) for part, c in parts)[-2]
+    if not units.is_slow_rise(rise, impact_time):
+        return []
+    return [
+        f"{session.where('force')}: a sample every {step:g} s, and the force rises for {rise:.3g} s, where an impact"
+        f" lasts about {impact_time:.2g} s; {IN_MS}"
+    ]
 
 
 def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:

@@ -11,7 +11,7 @@ from acf_jax.dataset.noise import approach_samples
 from acf_jax.dataset.trust import RATE, Limit, Trust
 from acf_jax.errors import InputError
 from acf_jax.recording.align import align, drawn, without_apart
-from acf_jax.recording.checks import condition_faults, force_unit_fault, interval_faults
+from acf_jax.recording.checks import condition_faults, force_unit_fault, interval_faults, rise_faults
 from acf_jax.recording.contacts import Contact, WrongSign, contact_at, find_contacts, sampling_interval
 from acf_jax.recording.cut import GAP, Cut, group, spread
 from acf_jax.recording.level import BLOCK, Level
@@ -103,13 +103,14 @@ def find_impacts(
 def _found(session: Session, options: Contacts, known: RigPrior, review: Sequence[Entry] | None) -> Impacts:
     """The contacts with what was measured at each, and the faults; what comes after a fault is shown, not judged."""
     where, remedy = session.where("force"), session.remedy("force", -1.0)
+    step = sampling_interval(session.force)
     faults = interval_faults(session, known.impact_time)
     faults += session.force.notes if faults else ()  # such as why they are not the stamps
     try:
         try:
             level, rises = find_contacts(session.force, options, where, remedy)
         except WrongSign as error:
-            if faults:
+            if faults or units.is_undersampled(step, known.impact_time):
                 raise  # too slow to tell a sign
             faults += error.faults
             turned = replace(session.force, value=-session.force.value)
@@ -118,7 +119,7 @@ def _found(session: Session, options: Contacts, known: RigPrior, review: Sequenc
     except InputError as error:
         if not faults:
             faults += error.faults
-            slow = too_slow(sampling_interval(session.force), known.impact_time)
+            slow = too_slow(step, known.impact_time)
             faults += [f"{where}: {slow}"] if slow else []
         return Impacts(session, None, (), session.notes, faults=tuple(faults))
     shown = session
@@ -127,6 +128,7 @@ def _found(session: Session, options: Contacts, known: RigPrior, review: Sequenc
     except InputError as error:
         faults += error.faults
         shown, session = drawn(session), without_apart(session)
+    faults = faults or rise_faults(session, rises, known.impact_time)
     rises = first_impacts(session, rises, known.impact_time)
     named = [(f"t{i:03d}", contact, None) for i, contact in enumerate(rises)]
     chosen = named if review is None else _reviewed(session, rises, review, options.separation_s)
@@ -136,7 +138,6 @@ def _found(session: Session, options: Contacts, known: RigPrior, review: Sequenc
     if not faults and len(usable) >= LEAST and (fault := force_unit_fault(session, usable, known)):
         faults = [fault]
     cuts = weighed(cuts, review is not None)
-    step = sampling_interval(session.force)
     slow = too_slow(step, impact_duration([c for c in cuts if c.keep] or cuts, step, known.impact_time))
     # what is wrong with clock or unit makes impacts look short
     notes = (*shown.notes, slow) if slow and not faults else shown.notes

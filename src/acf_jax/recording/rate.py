@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from acf_jax.dataset.units import is_undersampled
 from acf_jax.recording.cut import Cut
 
+IN_MS = "if its times are in ms, set time_scale: 1.0e-3 in the --mapping file (us: 1.0e-6, ns: 1.0e-9)"
 TOLD = 0.01  # of a peak; less is below what velocities and sensors are uncertain by
 _MISSED = 1e-3  # of a peak, at the rate that is advised
 _ROUND = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0)
@@ -48,9 +50,10 @@ def too_slow(step: float, duration: float) -> str | None:
     missed = missed_share(step, duration)
     if missed < TOLD:
         return None
+    in_ms = f", or {IN_MS}" if is_undersampled(step, duration) else ""
     return (
         f"the force has a sample every {1e3 * step:.3g} ms, and an impact lasts about {1e3 * duration:.2g} ms: peaks"
-        f" are up to {float(f'{100 * missed:.2g}'):g} % too low; record it faster, at {advised_rate(duration)}"
+        f" are up to {float(f'{100 * missed:.2g}'):g} % too low; record it faster, at {advised_rate(duration)}{in_ms}"
     )
 
 
