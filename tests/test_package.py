@@ -50,6 +50,7 @@ LAYERS = [
         "kept",
         "progress_lines",
         "provenance",
+        "si",
         "start",
         "style",
         "workers",

@@ -16,6 +16,7 @@ from acf_jax.recording.mapping import Mapping, Source
 from acf_jax.recording.opened import Opened
 from acf_jax.recording.readers import open_recording
 from acf_jax.recording.series import Series
+from acf_jax.recording.session import read_session
 
 STEP = 250_000  # ns
 TIME = np.arange(40) * STEP  # ns
@@ -366,6 +367,44 @@ def test_separator_and_header_agree_with_the_numbers(name, tmp_path):
     check(series)
     has_units = any(line.strip("[").startswith(("s,", "s;", "s]", "s\t", "ms,", "ms;")) for line in lines)
     assert ("is taken for a row of units: " in " ".join(series.notes)) == has_units
+
+
+# header lines, what is stated, and what 1 there is in SI units of force, motion and pretension
+SIGNALS = {
+    "brackets": (["time,force [kN],v [mm/s],preload (lbf)"], {}, (1e3, 1e-3, 4.4482216152605)),
+    "a row of units": (["time,force,v,preload", "s,mN,mm s^-1,kgf"], {}, (1e-3, 1e-3, 9.80665)),
+    "a sign before": (["time,force [kN],v [mm/sec],preload [N]"], {"force": "-1*force [kN]"}, (-1e3, 1e-3, 1.0)),
+    "a factor before": (["time,force [kN],v [mm/s],preload [bar]"],
+                        {"force": "1*force [kN]", "velocity": "0.5*v [mm/s]", "pretension": "35*preload [bar]"},
+                        (1.0, 0.5, 35.0)),
+    "a position": (["time,force [N],z [mm],preload"], {"position": "z [mm]"}, (1.0, 1e-3, 1.0)),
+    "no units": (["time,force [0],v (filtered),preload [N]"], {}, (1.0, 1.0, 1.0)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_signals_in_stated_units_are_in_si_units(name, tmp_path):
+    lines, stated, factors = SIGNALS[name]
+    if "position" not in stated:
+        stated = {"velocity": lines[0].split(",")[2], **stated}
+    (tmp_path / "log.csv").write_text("\n".join([*lines, *(f"{t},1,1,1" for t in seconds())]))
+    session = read_session(tmp_path / "log.csv", Mapping.model_validate(stated))
+    found = (session.force, session.speed, session.pretension)
+    assert tuple(series.value[0] for series in found) == pytest.approx(factors)
+    told = [note for note in session.notes if ": is read in " in note]
+    assert len(told) == sum(abs(x) != 1.0 for x in factors) * (name != "a factor before")
+
+
+def test_a_unit_of_something_else_is_refused(tmp_path):
+    lines = ["time,force [V],v [mm],preload [bar]", *(f"{t},1,1,1" for t in seconds())]
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    with pytest.raises(InputError) as refused:
+        read_session(tmp_path / "log.csv", Mapping.model_validate({"velocity": "v [mm]"}))
+    assert [fault.removeprefix(f"{tmp_path}/log.csv ") for fault in refused.value.faults] == [
+        "column 'force [V]': is in V, no unit of a force; put what one is in N before its name, as 0.1*NAME",
+        "column 'v [mm]': is in mm, no unit of a velocity; put what one is in m/s before its name, as 0.1*NAME",
+        "column 'preload [bar]': is in bar, no unit of a pretension; put what one is in N before its name, as 0.1*NAME",
+    ]
 
 
 def test_a_table_without_a_header_is_listed_by_number(tmp_path):

@@ -9,13 +9,8 @@ from typing import Any, NamedTuple
 from acf_jax.documents import yaml_text
 from acf_jax.errors import InputError, shown
 from acf_jax.files import read_yaml_mapping, write_text
+from acf_jax.si import UNITS
 
-UNITS = {
-    "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "kgf": 9.80665, "gf": 9.80665e-3, "lbf": 4.4482216152605},
-    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "m/min": 1 / 60, "in/s": 0.0254},
-    "position": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "µm": 1e-6, "in": 0.0254},
-    "pretension": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "kgf": 9.80665, "gf": 9.80665e-3, "lbf": 4.4482216152605},
-}
 ROLES = ("force", "speed", "pretension")
 AUTO = ""  # nothing is named: the only candidate is taken
 _REMEDY = re.compile(r"put (?P<factor>-?[\d.]+(?:e[-+]?\d+)?)\* before its name")

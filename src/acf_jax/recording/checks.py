@@ -14,13 +14,17 @@ from acf_jax.recording.sampling import sampling_fault
 from acf_jax.recording.series import Array
 from acf_jax.recording.session import Session
 from acf_jax.recording.velocity import Estimate
+from acf_jax.si import UNITS
 
 FASTEST = 2e6  # Hz, beyond any force sensor
 NOUGHT = 0.01  # of the largest pretension, that a sensor may read below none at all
 LEAST_SHARE = 0.4  # of the pretension that a first peak reaches at least
-FAR = 8.0  # a factor between peaks and those expected that no rig explains
+FAR = 8.0  # times the expected peaks, which no rig reaches
+SOFT = (
+    1 / 64
+)  # of them, which every rig exceeds: one of 0.5 kg and 1e4 N/m that nothing is stated of reaches 1/13
 UNDECIDED = 1.5  # a factor within which two slips explain the same peaks as well
-NEWTONS = {"kN": 1e3, "kgf": 9.80665, "gf": 9.80665e-3, "mN": 1e-3}  # in a unit taken for newtons
+NEWTONS = {unit: UNITS["force"][unit] for unit in ("kN", "kgf", "gf", "mN")}  # taken for newtons
 
 
 def interval_faults(session: Session, impact_time: float) -> list[str]:
@@ -128,7 +132,7 @@ def force_unit_fault(session: Session, cuts: Sequence[Cut], rig: RigPrior) -> st
         is_low = np.median(peaks - LEAST_SHARE * f_p) < 0.0
         return 0.0 if is_low else float(np.median(peaks / expected(f_p)))
 
-    if 1.0 / FAR**2 < ratio(peaks, f_p) <= FAR:
+    if SOFT < ratio(peaks, f_p) <= FAR:
         return None
     slips = [
         (ratio(n * peaks, f_p), f"the force is in {unit}, {session.remedy('force', n)}")

@@ -7,6 +7,8 @@ from acf_jax.errors import InputError, shown
 from acf_jax.recording.mapping import Mapping, Source
 from acf_jax.recording.opened import Opened, is_same
 from acf_jax.recording.series import Channel
+from acf_jax.si import UNITS
+from acf_jax.si import factor as unit_factor
 
 _SHOWN = 10  # topics or columns of a message
 
@@ -68,6 +70,23 @@ class _Choice:
         self.faults.append(f"{path}: {what}; {remedy}")
         return None
 
+    def in_si(self, role: str, kind: str, source: Source) -> Source:
+        """The signal with the factor of its stated unit, where nothing or only the sign stands before its name."""
+        holder = self.opened[self.places[role]]
+        unit = holder.recording.unit(source)
+        if "scale" in source.model_fields_set and source.scale != -1.0:
+            return source
+        si, where = next(iter(UNITS[kind])), f"{holder.path} {holder.recording.described(source)}"
+        try:
+            factor = unit_factor(unit, kind)
+        except ValueError as fault:
+            self.faults.append(f"{where}: {fault}; put what one is in {si} before its name, as 0.1*NAME")
+            return source
+        if factor is None or factor == 1.0:
+            return source
+        self.notes.append(f"{where}: is read in {unit}; 1* before its name takes it in {si}")
+        return source.model_copy(update={"scale": factor * source.scale})
+
     def _described(self, role: str, source: Source) -> str:
         return self.opened[self.places[role]].described(source)
 
@@ -110,11 +129,17 @@ def choose(opened: Sequence[Opened], mapping: Mapping) -> Chosen:
     assert isinstance(force, Source) and speed is not None and pretension is not None
     notes = [f"taken, each the only candidate: {', '.join(choice.alone)}"] if choice.alone else []
     place = False
+    force = choice.in_si("force", "force", force)
     if isinstance(speed, Source):
         holder = opened[choice.places["speed"]]
         place = mapping.position is not None or holder.recording.is_position(speed)
         if place and mapping.position is None:
             notes.append(f"{holder.described(speed)} is a position: its derivative is the velocity")
+        speed = choice.in_si("speed", "position" if place else "velocity", speed)
+    if isinstance(pretension, Source):
+        pretension = choice.in_si("pretension", "pretension", pretension)
+    if choice.faults:
+        raise InputError(choice.faults)
     return Chosen(force, speed, place, pretension, choice.places, (*notes, *choice.notes))
 
 

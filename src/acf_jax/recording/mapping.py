@@ -55,11 +55,12 @@ def parse_source(text: str) -> Source:
     found = _TEXT.fullmatch(text)
     if found is None:
         raise ValueError("names nothing; name a topic or a column")
-    scale, name = float(found["scale"] or 1.0), found["name"].strip()
+    scale: dict[str, Any] = {"scale": float(found["scale"])} if found["scale"] else {}
+    name = found["name"].strip()
     topic, colon, field = name.partition(":")
     if name.startswith("/") and colon:
-        return Source(name=topic, field=field or None, scale=scale)
-    return Source(name=name, scale=scale)
+        return Source(name=topic, field=field or None, **scale)
+    return Source(name=name, **scale)
 
 
 def _source(value: Any) -> Any:

@@ -25,7 +25,7 @@ class Session:
     pretension: Series | float  # N
     labels: dict[str, str]  # what each role is called in the recording
     notes: tuple[str, ...]  # what a user should know
-    scales: dict[str, float] = field(default_factory=dict)  # stated before the names, by role
+    scales: dict[str, float] = field(default_factory=dict)  # before the names or by their units, by role
     elsewhere: dict[str, int] = field(default_factory=dict)  # which other recording a role is read from
     apart: frozenset[str] = frozenset()  # those of them whose clock is not known to be that of the force
     others: tuple[Path, ...] = ()  # further recordings

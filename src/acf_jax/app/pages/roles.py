@@ -8,6 +8,7 @@ from acf_jax.app import signals
 from acf_jax.app.pages.layout import button, field, form, hidden, number, options, running, select
 from acf_jax.app.sessions import MAPPING, Session
 from acf_jax.report.markup import Html, element, void
+from acf_jax.si import UNITS
 
 WORDS = {"force": "Force", "speed": "Speed of the robot", "pretension": "Pretension"}
 HINTS = {
@@ -71,14 +72,14 @@ def _role(
     choice = element(
         "select", options(top, value), *groups, id=role, name=role, aria_describedby=f"{role}-hint"
     )
-    units = list(signals.UNITS[kind])
+    units = list(UNITS[kind])
     if chosen.unit not in units:
         units.append(chosen.unit)
     parts = [element("legend", WORDS[role]), field("Signal", choice, role)]
     if role == "speed":
         kinds = (("velocity", "velocity"), ("position", "position"))
         parts.append(field("It is a", select("speed-kind", kinds, kind), "speed-kind"))
-    names = [(u, u if u in signals.UNITS[kind] else f"× {u}") for u in units]
+    names = [(u, u if u in UNITS[kind] else f"× {u}") for u in units]
     parts.append(field("Unit there", select(f"{role}-unit", names, chosen.unit), f"{role}-unit"))
     parts.append(
         element(

@@ -34,6 +34,9 @@ class Recording(Protocol):
     def is_position(self, source: Source) -> bool:
         """Whether a signal is, by its kind, a position rather than a velocity."""
 
+    def unit(self, source: Source) -> str:
+        """The unit that is stated of a signal; empty where none is."""
+
     def described(self, source: Source) -> str:
         """The signal in words, its field filled in."""
 

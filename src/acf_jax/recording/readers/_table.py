@@ -18,6 +18,7 @@ from acf_jax.recording.readers._times import Clock, Days, Stamps, Step, find_clo
 from acf_jax.recording.readers._words import (
     NUMBERED,
     groups,
+    in_brackets,
     is_called,
     is_time,
     is_unit,
@@ -112,6 +113,10 @@ class Table:
     def is_position(self, source: Source) -> bool:
         """Whether a column is called a position."""
         return is_called(source.name, "position")
+
+    def unit(self, source: Source) -> str:
+        """As the row of units has it, else the brackets behind the name."""
+        return self.units.get(source.name, "").strip(" []()<>{}") or in_brackets(source.name)
 
     def described(self, source: Source) -> str:
         """The column."""

@@ -95,6 +95,12 @@ def unit_of(name: str) -> float | None:
     return _UNITS[found[1]] if (found := _LAST.search(text)) else None
 
 
+def in_brackets(name: str) -> str:
+    """What stands in the brackets that end a name: `mm/s` of `v [mm/s]`; empty where there are none."""
+    found = _IN_BRACKETS.search(NUMBERED.sub("", name))
+    return found[1] if found else ""
+
+
 def is_unit(cell: str) -> float | None:
     """Seconds in a unit that stands alone, with or without brackets: `s`, `[ms]`; None where it is none of time."""
     return _ALL_UNITS.get(fold(cell).strip(" []()<>{}"))

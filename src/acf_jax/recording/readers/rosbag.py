@@ -142,6 +142,10 @@ class Bag:
         words = re.split(r"\W", self._place(source))
         return self.topics.get(source.name) in (*POSITION, *TRANSFORMS) or "position" in words
 
+    def unit(self, source: Source) -> str:
+        """None is stated: messages are in SI units."""
+        return ""
+
     def described(self, source: Source) -> str:
         """Topic and field."""
         frame, _ = _frame_and_field(source)
