@@ -133,6 +133,7 @@ DATES = {
     "slashes, of one digit": ("{y}/3/1 {t}", NOON),
     "dots, year first": ("{y}.{m}.{d} {t}", NOON),
     "German": ("{d}.{m}.{y} {t}", NOON),
+    "German, a comma before the time": ("{d}.{m}.{y}, {t}", NOON),
     "German, of one digit": ("1.3.{y} {t},", NOON),
     "MATLAB": ("{d}-Mar-{y} {t}", NOON),
     "half of the day": ("{y}-{m}-{d} {t} PM", NOON),
@@ -413,6 +414,17 @@ def test_a_table_without_a_header_is_listed_by_number(tmp_path):
         InputError, match="its first line must name the columns, which are 'column 1' to 'column 3'"
     ):
         choose([Opened(tmp_path / "log.csv", open_recording(tmp_path / "log.csv"), True)], Mapping())
+
+
+def test_a_blank_line_among_exact_times(tmp_path):
+    lines = ["t_ns force velocity", *rows(" ", [EPOCH * 10**9 + t for t in TIME.tolist()])]
+    check(read(tmp_path / "log.txt", [*lines[:9], "", *lines[9:], ""]), EPOCH * 10**9)
+
+
+def test_a_comment_longer_than_a_cell_may_be(tmp_path):
+    check(
+        read(tmp_path / "log.csv", [f'# {{"settings": "{"x" * 200_000}"}}', "time,force,velocity", *rows()])
+    )
 
 
 def test_a_header_of_another_length_is_named(tmp_path):

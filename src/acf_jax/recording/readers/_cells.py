@@ -93,7 +93,7 @@ def _exact(
     if not (np.abs(column) >= _EXACT).any():
         return column
     blank = None if separator == " " else separator
-    return _whole([line.split(blank, place + 1)[place] for line in lines], column)
+    return _whole([line.split(blank, place + 1)[place] for line in lines if line.strip()], column)
 
 
 def _whole(cells: Sequence[str], otherwise: NDArray[np.float64]) -> NDArray[np.generic]:
@@ -155,7 +155,7 @@ def _columns(
     wrong: dict[int, list[str]] = {}
     for name, column in zip(wanted, columns, strict=True):
         try:
-            result[name] = _values([cell.replace(",", ".") for cell in column])
+            result[name] = _values(column)
         except ValueError:
             if is_stamp(_first(column)):
                 i = next(i for i, cell in enumerate(column) if not _is_stamp_of_one_meaning(cell))
@@ -177,7 +177,7 @@ def _values(cells: Sequence[str]) -> NDArray[np.generic]:
     """Numbers, or dates where the first cell is one; `ValueError` where a cell is neither."""
     if is_stamp(_first(cells)):
         return stamps(cells)
-    values = np.array([float("nan" if is_missing(cell) else cell) for cell in cells])
+    values = np.array([float("nan" if is_missing(cell) else cell.replace(",", ".")) for cell in cells])
     return _whole(cells, values) if (np.abs(values) >= _EXACT).any() else values
 
 

@@ -4,6 +4,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -65,7 +66,8 @@ def split(line: str, separator: str) -> list[str]:
     if '"' in line:
         blank = separator == " "
         text = line.replace("\t", " ") if blank else line
-        return [c.strip() for c in next(csv.reader([text], delimiter=separator, skipinitialspace=blank))]
+        with suppress(csv.Error):  # a cell is too long: it is no row of a table
+            return [c.strip() for c in next(csv.reader([text], delimiter=separator, skipinitialspace=blank))]
     return line.split() if separator == " " else [cell.strip() for cell in line.split(separator)]
 
 
