@@ -119,6 +119,25 @@ def test_nothing_of_others_is_overwritten(call, tmp_path, name):
         assert code == 0 and (tmp_path / file).read_text() != "mine"
 
 
+def test_a_review_that_names_trials_otherwise_overwrites_nothing_of_others(call, tmp_path):
+    recording(tmp_path / "log.npz")
+    command = ("import", "log.npz", "--out", "out", "--rig", "rig.yaml", "--review", "cuts.yaml")
+    assert call(*command)[0] == 0
+    cuts = tmp_path / "cuts.yaml"
+    cuts.write_text(cuts.read_text().replace("t000", "calibration").replace("t001", "spare"))
+    for name in ("traces/calibration.csv", "motion/spare.csv"):
+        mine = tmp_path / "out" / name
+        mine.parent.mkdir(exist_ok=True)
+        mine.write_text("mine")
+        code, said = call(*command)
+        assert code == 2 and f"{name}: is there already" in said and mine.read_text() == "mine"
+        mine.unlink()
+    (tmp_path / "out/traces/calibration.csv").write_text("mine")
+    assert call(*command, "--overwrite")[0] == 0
+    assert (tmp_path / "out/traces/calibration.csv").read_text() != "mine"
+    assert call(*command)[0] == 0  # it is of an import now
+
+
 def test_training_from_a_configuration_overwrites_nothing_of_others(tmp_path, capsys):
     """`train.fit`, whose folder may be the one in which its configuration lies."""
     config = tmp_path / "config.yaml"

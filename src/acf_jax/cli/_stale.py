@@ -6,6 +6,7 @@ from pathlib import Path
 from acf_jax.cli._origin import foreign_files, not_ours
 from acf_jax.provenance import FILE
 
+TRACES = ("traces", "motion")  # folders of a data set
 MARK = "contact_s"  # a column of trials.csv that only an import fills
 
 
@@ -19,9 +20,18 @@ def foreign(data: Path, out: Path, overwrite: bool) -> list[str]:
         return [
             f"--out {out}: holds a data set that no import wrote; name another folder, or give --overwrite"
         ]
-    traces = [path for name in ("traces", "motion") for path in sorted((data / name).glob("t[0-9]*.csv"))]
-    known = traces_of(data / "trials.csv", MARK) if traces else []
-    return [*foreign_files((data / n for n in (CUTS, REFUSED, FILE)), False), *unknown(traces, data, known)]
+    traces = [path for name in TRACES for path in sorted((data / name).glob("t[0-9]*.csv"))]
+    return [*foreign_files((data / n for n in (CUTS, REFUSED, FILE)), False), *_unknown_traces(traces, data)]
+
+
+def foreign_traces(data: Path, trials: Iterable[str], overwrite: bool) -> list[str]:
+    """The fault of `--out`, where a file that no import wrote lies in the place of a trace of these trials."""
+    paths = [] if overwrite else [data / name / f"{trial}.csv" for trial in trials for name in TRACES]
+    return _unknown_traces([path for path in paths if path.is_file()], data)
+
+
+def _unknown_traces(paths: list[Path], data: Path) -> list[str]:
+    return unknown(paths, data, traces_of(data / "trials.csv", MARK)) if paths else []
 
 
 def unknown(paths: Iterable[Path], folder: Path, known: Iterable[str]) -> list[str]:

@@ -12,7 +12,7 @@ from acf_jax.cli._json import echo_json
 from acf_jax.cli._origin import OVERWRITE, origin
 from acf_jax.cli._progress import counts
 from acf_jax.cli._signals import signal_options
-from acf_jax.cli._stale import foreign, of_import
+from acf_jax.cli._stale import foreign, foreign_traces, of_import
 
 if TYPE_CHECKING:
     from acf_jax.recording import Impacts
@@ -133,6 +133,9 @@ def _import(
     decided = None
     if review is not None and review.exists():
         decided = read_review(review, recording.name, session.duration).cuts
+        kept = [entry.trial for entry in decided if entry.keep is not False]
+        if faults := foreign_traces(out, kept, overwrite):  # a review may call trials anything
+            raise InputError(faults)
     try:
         impacts = find_impacts(session, chosen.contacts, known.prior if known else None, decided)
         if review is not None and decided is not None and (wrong := kept_faults(review, impacts.kept)):
