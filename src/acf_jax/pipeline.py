@@ -30,7 +30,7 @@ from acf_jax.report import save_diagnosis
 from acf_jax.report.run_page import Outcome, run_page
 from acf_jax.safety.check import Answer, Checker
 from acf_jax.safety.limits import BodyArea, Limits
-from acf_jax.safety.situation import Situation
+from acf_jax.safety.situation import Situation, situation_faults
 
 DATA, DIAGNOSIS, PAGE = "data", "diagnosis", "index.html"  # in the run's folder
 LEVELS = 4  # pretensions that are asked for at most
@@ -100,7 +100,10 @@ def _follow(
         return outcome._replace(stopped=refusal.faults)
     tried = diagnosis.observations
     outcome = outcome._replace(speeds=speeds_at_levels(model, question.limit, tried, walk))
-    return outcome._replace(check=check_fastest(model, question, tried)) if question.areas else outcome
+    try:
+        return outcome._replace(check=check_fastest(model, question, tried)) if question.areas else outcome
+    except InputError as refusal:
+        return outcome._replace(stopped=refusal.faults)
 
 
 def import_into(
@@ -133,10 +136,17 @@ def speeds_at_levels(
 def check_fastest(
     model: ContactModel, question: Question, tried: Observations
 ) -> tuple[Answer, Checker, Limits]:
-    """The clamped contact at the fastest speed that was tried, with the highest pretension that was tried with it."""
+    """The clamped contact at the fastest speed that was tried, with the highest pretension that was tried with it.
+
+    **Raises:** `InputError` when a check takes no such contact.
+    """
     v_e, f_p = max(zip(tried.v_e.tolist(), tried.f_p.tolist(), strict=True))
-    checker = Checker(model, None)
     situation = Situation("", question.areas, "quasi_static", v_e, f_p, ending=question.ending)
+    if faults := situation_faults(situation):
+        raise InputError(
+            [f"no check of the contact at the fastest speed that was tried: {f}" for f in faults]
+        )
+    checker = Checker(model, None)
     return checker(situation), checker, question.limits
 
 

@@ -4,11 +4,13 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from acf_jax import diagnosis as library
+from acf_jax import pipeline
 from acf_jax.cli.main import main
 from acf_jax.designs.asked import Asked
 from acf_jax.designs.speed import find_speeds
@@ -128,6 +130,26 @@ def test_trials_that_cannot_be_used_stop_it(run, monkeypatch, tmp_path):
     assert code == 1 and error == "no answer: only 2 trials can be used\n"
     assert "only 2 trials can be used" in (out / "index.html").read_text()
     assert (out / "data/trials.csv").is_file() and not (out / "diagnosis").exists()
+
+
+def test_a_contact_that_no_check_takes_is_a_stated_reason(run, monkeypatch, tmp_path):
+    """The diagnosis and the speeds that were found stay."""
+    out = tmp_path / "result"
+    real = pipeline.check_fastest
+
+    def check_fastest(model, question, tried):
+        return real(model, question, SimpleNamespace(v_e=tried.v_e, f_p=0.0 * tried.f_p + 0.4))
+
+    monkeypatch.setattr(pipeline, "check_fastest", check_fastest)
+    asked = ("--limit", 140, "--area", "palm", "--out", out)
+    code, text, error = run(EXAMPLES / "session.mcap", "--rig", RIG, *asked)
+    reason = (
+        "no check of the contact at the fastest speed that was tried: f_p must be at least 1 N, but is 0.4"
+    )
+    assert code == 1 and reason in error and "Highest velocity within 140 N" in text
+    assert (
+        reason.split(":")[0] in (out / "index.html").read_text() and (out / "diagnosis/report.html").is_file()
+    )
 
 
 @pytest.mark.parametrize("arguments, says", [

@@ -329,6 +329,25 @@ def test_times_in_ms_of_a_fast_sensor_are_named(tmp_path, rate, conditions, mess
     assert re.search(message + "if its times are in ms, set time_scale: 1.0e-3", said), said
 
 
+@pytest.mark.parametrize("noise", ["white", "held", "seldom"])
+def test_a_pretension_that_is_noise_about_zero_is_none(tmp_path, noise):
+    """Alone, and in the lower of two conditions; what is small but clear stays."""
+    rng = np.random.default_rng(1)
+
+    def noisy(f_p):
+        every = {"white": 1, "held": 64, "seldom": 400}[noise]
+        return f_p + np.repeat(rng.normal(0.0, 0.05, f_p.size // every + 1), every)[: f_p.size]
+
+    for change, expected in (
+        (lambda p: noisy(0.0 * p), {0.0}),
+        (lambda p: noisy(np.where(p > 80.0, 100.0, 0.03)), {0.0, 100.0}),
+        (lambda p: np.where(p > 80.0, 20.0, 0.7), {0.7, 20.0}),
+    ):
+        path = with_columns(tmp_path, pretension_n=change)
+        impacts = find_impacts(read_session(path, Mapping()), Mapping().contacts, TYPICAL)
+        assert {round(cut.condition[1], 0 if cut.condition[1] > 1 else 3) for cut in impacts.kept} == expected
+
+
 def test_recordings_strung_together_are_named(tmp_path):
     """One step back in thousands of samples, small or large, is no late sample."""
     table, other = columns(session()), columns(made(8, FEW, rate=RATE))

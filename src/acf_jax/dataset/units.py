@@ -48,6 +48,7 @@ CONTACT_STIFFNESS = Limit(
 )
 VELOCITY = Limit("m/s", 1e-5, 5.0, "if it is in km/s, multiply by 1000", "if it is in mm/s, divide by 1000")
 PRETENSION = Limit("N", 0.0, 5e3, too_high="if it is in gf, multiply by 0.0098, if in mN, divide by 1000")
+LEAST_PRETENSION = 1.0  # N, below which no flange is set, but to none at all
 PEAK_FORCE = Limit("N", 0.1, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
 FORCE_LIMIT = Limit("N", 1.0, 5e4, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
 SENSOR_RANGE = Limit("N", 1.0, 1e5, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000")
@@ -274,6 +275,6 @@ def peak_column_fault(rig: RigPrior, trials: list[Trial]) -> str | None:
 def pretension_column_fault(values: list[float]) -> str | None:
     """Why the column `pretension_n` as a whole cannot be in newtons; None when it can."""
     largest = max(values, default=0.0)
-    if 0.0 < largest < 1.0:
+    if 0.0 < largest < LEAST_PRETENSION:
         return f"pretension_n is at most {largest:g} N in all rows; if it is in kN, multiply by 1000"
     return None

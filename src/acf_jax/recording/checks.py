@@ -94,9 +94,10 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
             f"{where}: the robot stands still before contact ({middle:.2g} m/s); name another axis or signal, or"
             " state clock_offset_s if its clock is another"
         )
-    pretensions = [cut.pretension.value for cut in cuts if np.isfinite(cut.pretension.value)]
-    nought = NOUGHT * max(pretensions, default=0.0)
-    negative = [cut.pretension.value for cut in cuts if is_below_zero(cut.pretension, nought)]
+    found = [cut.pretension for cut in cuts if np.isfinite(cut.pretension.value)]
+    nought = nought_of(found)
+    pretensions = [0.0 if is_none(one, nought) else one.value for one in found]
+    negative = [one.value for one in found if is_below_zero(one, nought)]
     where = session.where("pretension")
     if not pretensions:
         faults.append(f"{where}: has no value before any contact; give the pretension in N by --pretension")
@@ -109,6 +110,20 @@ def condition_faults(session: Session, cuts: Sequence[Cut]) -> list[str]:
     ) or units.pretension_column_fault(pretensions):
         faults.append(f"{where}: {fault}")
     return faults
+
+
+def nought_of(pretensions: Sequence[Estimate]) -> float:
+    """What a sensor may read where the pretension is none, N; of small readings of both signs all of it is noise."""
+    values = [pretension.value for pretension in pretensions]
+    low, high = min(values, default=0.0), max(values, default=0.0)
+    is_noise = low < 0.0 < high < units.LEAST_PRETENSION and low > -units.LEAST_PRETENSION
+    return units.LEAST_PRETENSION if is_noise else NOUGHT * high
+
+
+def is_none(pretension: Estimate, nought: float) -> bool:
+    """Whether a pretension is none at all, within its scatter or `nought`, N."""
+    value = abs(pretension.value)
+    return value < units.LEAST_PRETENSION and value <= max(3.0 * pretension.std, nought)
 
 
 def is_below_zero(pretension: Estimate, nought: float) -> bool:

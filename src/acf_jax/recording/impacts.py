@@ -11,7 +11,14 @@ from acf_jax.dataset.noise import approach_samples
 from acf_jax.dataset.trust import RATE, Limit, Trust
 from acf_jax.errors import InputError
 from acf_jax.recording.align import align, drawn, without_apart
-from acf_jax.recording.checks import condition_faults, force_unit_fault, interval_faults, rise_faults
+from acf_jax.recording.checks import (
+    condition_faults,
+    force_unit_fault,
+    interval_faults,
+    is_none,
+    nought_of,
+    rise_faults,
+)
 from acf_jax.recording.contacts import Contact, WrongSign, contact_at, find_contacts, sampling_interval
 from acf_jax.recording.cut import GAP, Cut, group, spread
 from acf_jax.recording.level import BLOCK, Level
@@ -20,7 +27,9 @@ from acf_jax.recording.measure import first_impacts, measured, weighed
 from acf_jax.recording.onset import SURE
 from acf_jax.recording.rate import impact_duration, too_slow
 from acf_jax.recording.review import Entry
+from acf_jax.recording.series import Array
 from acf_jax.recording.session import Session
+from acf_jax.recording.velocity import Estimate
 
 LEAST = 3  # trials of a data set
 _SCATTER = 0.05  # relative, of repeats, that a robot does not have
@@ -86,7 +95,7 @@ def find_impacts(
         raise Refused(impacts)
     kept = impacts.kept
     velocity, pretension = [c.velocity for c in kept], [c.pretension for c in kept]
-    v_e, f_p = group(velocity), np.maximum(group(pretension), 0.0)
+    v_e, f_p = group(velocity), without_noise(group(pretension), pretension)
     conditions = iter(zip(v_e.tolist(), f_p.tolist(), strict=True))
     cuts = [replace(cut, condition=next(conditions)) if cut.keep else cut for cut in impacts.cuts]
     scatter = spread(velocity, v_e)
@@ -144,6 +153,19 @@ def _found(session: Session, options: Contacts, known: RigPrior, review: Sequenc
     if not faults and sum(cut.keep for cut in cuts) < LEAST:
         faults = [_too_few(session, cuts, slow)]
     return Impacts(shown, level, tuple(cuts), notes, faults=tuple(faults))
+
+
+def without_noise(f_p: Array, pretension: Sequence[Estimate]) -> Array:
+    """The pretension of each group, N; 0 where it is below zero or, by its least certain trial, none at all.
+
+    **Arguments:** `f_p`: of the group of each trial, N, shape (n,). `pretension`: as measured, of each trial.
+    """
+    nought, std = nought_of(pretension), np.array([one.std for one in pretension])
+    for value in np.unique(f_p):
+        alike = f_p == value
+        if value < 0.0 or is_none(Estimate(value, std[alike].max()), nought):
+            f_p = np.where(alike, 0.0, f_p)
+    return f_p
 
 
 def _too_few(session: Session, cuts: Sequence[Cut], slow: str | None) -> str:

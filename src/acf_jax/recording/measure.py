@@ -7,7 +7,7 @@ import numpy as np
 
 from acf_jax.dataset import units
 from acf_jax.dataset.trials import RobotVelocity
-from acf_jax.recording.checks import LEAST_SHARE, NOUGHT, is_below_zero
+from acf_jax.recording.checks import LEAST_SHARE, is_below_zero, nought_of
 from acf_jax.recording.contacts import Contact, first_impact, sampling_interval
 from acf_jax.recording.cut import Cut, cut_trace, ends_early, impact_peak, remarks, zeros
 from acf_jax.recording.level import BLOCK
@@ -79,7 +79,7 @@ def measured(
 
 def weighed(cuts: Sequence[Cut], decided: bool) -> list[Cut]:
     """The cuts; those that no data set can hold, or that cannot be right beside the others, only where `decided`."""
-    nought = NOUGHT * max((cut.pretension.value for cut in cuts), default=0.0)
+    nought = nought_of([cut.pretension for cut in cuts])
     done = []
     for cut in cuts:
         height = np.inf if cut.peak is None else cut.peak - cut.offset

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 from acf_jax.contact.ending import OPEN, Ending, ending_faults
 from acf_jax.dataset.table import Row, Table, read_table
-from acf_jax.dataset.units import VELOCITY, Limit
+from acf_jax.dataset.units import LEAST_PRETENSION, VELOCITY, Limit
 from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.safety.limits import BodyArea, Limits
 
@@ -49,7 +49,7 @@ CONFIDENCE = (0.5, 0.9999)  # that can be asked for
 # zero is as good a velocity, pretension or payload as any: nothing moves, presses or is carried
 LIMITS = {
     "v_e": VELOCITY,
-    "f_p": Limit("N", 1.0, 5e3, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000"),
+    "f_p": Limit("N", LEAST_PRETENSION, 5e3, "if it is in kN, multiply by 1000", "if it is in mN, divide by 1000"),
     "contact_area": Limit("cm^2", 1e-3, 100.0, "if it is in m^2, multiply by 1e4", "if it is in mm^2, divide by 100"),
     "moving_mass": Limit("kg", 0.1, 5e3, "if it is in tonnes, multiply by 1000", "if it is in g, divide by 1000"),
     "payload": Limit("kg", 1e-3, 5e3, "if it is in tonnes, multiply by 1000", "if it is in g, divide by 1000"),
