@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from impacts import CONDITIONS, made_up, with_force, with_trial
+from impacts import CONDITIONS, RIG, made_up, sampled, with_force, with_trial
 
-from acf_jax.dataset import Measurement, Trace, assess_dataset
+from acf_jax.dataset import Measurement, Trace, Trial, assess_dataset, faults, look, lost
 from acf_jax.dataset.held import held_for
+from acf_jax.dataset.look import assess
+from acf_jax.dataset.noise import quantisation_step
 
 
 def held(trial, times, phase=0.0):
@@ -167,6 +169,35 @@ def test_a_trial_that_lost_many_readings_is_left_out():
     force[30::9] = -9999.0
     quality = assess_dataset(with_trial(dataset, 6, with_force(trial, force)))
     assert list(quality.excluded) == ["t006"] and "readings are lost" in quality.excluded["t006"]
+
+
+@pytest.mark.parametrize("every, passes", [(200, 2), (15, 6)])
+def test_readings_lost_far_apart_are_taken_out_in_one_pass(every, passes, monkeypatch):
+    """A pass takes as long as the trace; of a trial that lost too many no more are looked for."""
+    trace = sampled(0.2, 60.0, np.random.default_rng(0), rate=5e4, end=0.2)
+    force, at, looked = trace.force.copy(), np.arange(30, trace.force.size - 30, every), []
+    force[at] = -9999.0
+    monkeypatch.setattr(lost, "_Rest", lambda *given, real=lost._Rest: looked.append(1) or real(*given))
+    ((left, gone),) = lost.without_lost([Trace(trace.time, force)], [[0]])
+    assert len(looked) <= passes
+    if every == 200:
+        assert np.array_equal(left.time, np.delete(trace.time, at))
+        assert [x.time for x in gone] == trace.time[at].tolist()
+    else:
+        assert lost.MOST * trace.time.size < len(gone) < at.size
+
+
+def test_the_step_of_readings_is_told_once_a_trace(monkeypatch):
+    """Not for each of a thousand runs of equal readings."""
+    told = []
+    for module in (look, faults):
+        monkeypatch.setattr(
+            module, "quantisation_step", lambda force: told.append(1) or quantisation_step(force)
+        )
+    trace = sampled(0.2, 60.0, np.random.default_rng(0), rate=2e6, step=0.5, std=0.01)
+    assert np.count_nonzero(np.diff(trace.force) == 0.0) > 1000
+    assess(Trial("a", 0.2, 60.0, None, trace), RIG.impact_time, 1.0)
+    assert len(told) == 2  # of the trace and of its impact
 
 
 @pytest.mark.parametrize("offset", [-300.0, 20.0])

@@ -4,6 +4,7 @@ Every test is against what the rest of the same trace does, so that ringing, whi
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,31 @@ from acf_jax.dataset.trials import Array, Trace, Trial
 
 SHOULDER = 3  # samples over which the slope beside a flat top is told
 LONG = 5  # equal readings in a row that are worth a look
+
+
+class Readings(NamedTuple):
+    """How the readings of a trace differ from one to the next."""
+
+    step: float  # N, by which they differ; 0: none seen
+    equal: int  # that are the last one again
+    samples: int
+
+    @classmethod
+    def of(cls, force: Array, step: float) -> "Readings":
+        """Those of a force, N; `step`: its quantisation, N."""
+        return cls(step, int(np.count_nonzero(np.diff(force) == 0.0)), force.size)
+
+    def is_improbable(self, length: int, noise_std: float) -> bool:
+        """Whether noise leaves no room for so many equal readings in a row.
+
+        Two readings of noise far above the step q are equal with probability q/(2 sqrt(pi) std); a sensor that is
+        read faster than it measures repeats itself more often, which the rest of the trace shows.
+        """
+        if noise_std <= self.step or self.step == 0.0:
+            return False
+        repeated = max(self.equal - (length - 1), 0) / self.samples
+        equal = max(self.step / (2.0 * np.pi**0.5 * noise_std), 1.5 * repeated)
+        return bool(self.samples * equal ** (length - 1) < 1e-5)
 
 
 def no_impact(trial: Trial, phase: ImpactPhase | None) -> list[str]:
@@ -37,15 +63,16 @@ def peak_disagreement(trial: Trial, phase: ImpactPhase, noise_std: float) -> lis
     return [f"peak_force_n is {stated:g} N, but its trace peaks at {phase.peak_force:.4g} N (wrong label?)"]
 
 
-def cut_off(trace: Trace, phase: ImpactPhase, noise_std: float) -> bool:
+def cut_off(trace: Trace, phase: ImpactPhase, noise_std: float, readings: Readings) -> bool:
     """Whether the force stays at its largest reading although it has to go on: the sensor's range ends there.
 
     Its shoulders point well above the flat top, or noise leaves no room for so many equal readings.
 
     **Arguments:** `trace`: what the unloaded sensor reads taken off. `noise_std`: noise of one sample, N.
+    `readings`: of the trace.
     """
     force = trace.force[phase.start : phase.stop]
-    top = float(force.max())
+    top, step = float(force.max()), quantisation_step(force)
     for first, last in _runs(force):
         if force[first] != top:
             continue
@@ -56,14 +83,14 @@ def cut_off(trace: Trace, phase: ImpactPhase, noise_std: float) -> bool:
             slopes.append((top - force[last + SHOULDER]) / SHOULDER)
         length = last - first + 1
         rise = float(np.mean(slopes or [0.0])) * length / 4.0  # of a parabola with these slopes at its ends
-        if rise > max(0.02 * top, 3.0 * noise_std, 3.0 * quantisation_step(force)):
+        if rise > max(0.02 * top, 3.0 * noise_std, 3.0 * step):
             return True
-        if length >= LONG and _is_improbable(trace.force, length, noise_std):
+        if length >= LONG and readings.is_improbable(length, noise_std):
             return True
     return False
 
 
-def stuck(trace: Trace, phase: ImpactPhase, noise_std: float) -> str | None:
+def stuck(trace: Trace, phase: ImpactPhase, noise_std: float, readings: Readings) -> str | None:
     """One value below the top repeated although the force must have moved on, or its noise would not allow it."""
     force = trace.force[phase.start : phase.stop]
     top = float(force.max())
@@ -74,25 +101,9 @@ def stuck(trace: Trace, phase: ImpactPhase, noise_std: float) -> str | None:
         if length < LONG or not 0.05 * top <= value < top:
             continue
         jump = abs(float(force[last + 1]) - value) if last + 1 < force.size else 0.0
-        if jump > max(0.04 * top, 8.0 * noise_std, 5.0 * moving) or _is_improbable(
-            trace.force, length, noise_std
-        ):
+        if jump > max(0.04 * top, 8.0 * noise_std, 5.0 * moving) or readings.is_improbable(length, noise_std):
             return f"its force sticks at {value:.4g} N for {length} samples (amplifier, cable?)"
     return None
-
-
-def _is_improbable(force: Array, length: int, noise_std: float) -> bool:
-    """Whether noise leaves no room for so many equal readings in a row.
-
-    Two readings of noise far above the step q are equal with probability q/(2 sqrt(pi) std); a sensor that is
-    read faster than it measures repeats itself more often, which the rest of the trace shows.
-    """
-    step = quantisation_step(force)
-    if noise_std <= step or step == 0.0:
-        return False
-    repeated = max(int(np.count_nonzero(np.diff(force) == 0.0)) - (length - 1), 0) / force.size
-    equal = max(step / (2.0 * np.pi**0.5 * noise_std), 1.5 * repeated)
-    return bool(force.size * equal ** (length - 1) < 1e-5)
 
 
 def dropout(trace: Trace, phase: ImpactPhase, noise_std: float) -> str | None:

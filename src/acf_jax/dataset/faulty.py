@@ -8,11 +8,9 @@ import numpy as np
 from acf_jax.dataset.consistency import compare, show_the_same
 from acf_jax.dataset.faults import peak_disagreement
 from acf_jax.dataset.look import TrialQuality
-from acf_jax.dataset.lost import Lost
+from acf_jax.dataset.lost import MOST, Lost
 from acf_jax.dataset.mend import Mended
 from acf_jax.dataset.trials import GapDataset, Trial
-
-MOST_LOST = 0.05  # of a trial's readings: one that lost more is not to be trusted
 
 
 def suspects(mended: Mended, trials: list[TrialQuality], noise_std: float) -> dict[str, list[str]]:
@@ -95,7 +93,7 @@ def _lossy(trial: Trial, lost: Sequence[Lost]) -> list[str]:
     """Why a trial that lost many readings is not to be trusted: then the others may be wrong, too."""
     count = len(lost)
     of = count + (trial.trace.time.size if trial.trace else 0)
-    return [f"{count} of its {of} readings are lost (cable?)"] if count > MOST_LOST * of else []
+    return [f"{count} or more of its {of} readings are lost (cable?)"] if count > MOST * of else []
 
 
 def _repeats_show_it(i: int, dataset: GapDataset, trials: list[TrialQuality], noise_std: float) -> bool:

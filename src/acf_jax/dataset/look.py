@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from acf_jax.dataset.faults import cut_off, dropout, no_impact, stuck
+from acf_jax.dataset.faults import Readings, cut_off, dropout, no_impact, stuck
 from acf_jax.dataset.noise import Approach, look_at_approach, quantisation_step
 from acf_jax.dataset.phase import ImpactPhase, find_impact
 from acf_jax.dataset.trials import GapDataset, Trace, Trial
@@ -68,8 +68,9 @@ def assess(
     if phase.stop - phase.start < LEAST:
         return found
     zeroed = Trace(trace.time, trace.force - offset)
-    sticking, falling = stuck(zeroed, phase, std), dropout(zeroed, phase, std)
-    if not found.at_range and cut_off(zeroed, phase, std):
+    readings = Readings.of(trace.force, found.quantisation)
+    sticking, falling = stuck(zeroed, phase, std, readings), dropout(zeroed, phase, std)
+    if not found.at_range and cut_off(zeroed, phase, std, readings):
         phase = replace(phase, cut_off=phase.peak_force)
     return replace(
         found,

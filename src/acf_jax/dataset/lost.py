@@ -26,6 +26,8 @@ NEARBY = 41  # samples among which noise is told
 SHARED = 0.5  # of what a trial's reading is off, over its largest force, by which a repeat shows the same
 OF_MEDIAN = 1.4826  # standard deviation over median of what noise gives, signs left out
 LEAST = 12  # samples, of which fewer tell nothing
+MOST = 0.05  # of a trial's readings: one that lost more is not to be trusted
+APART = NEARBY + 2 * SPAN  # samples, farther than which a lost reading is no part of how others are judged
 
 
 class Lost(NamedTuple):
@@ -82,23 +84,27 @@ def _sifted(own: Readings, peers: list[Readings], usual: float) -> tuple[NDArray
     least = max(quantisation_step(own.force), usual)
     kept, of_rig = np.ones(own.time.size, bool), np.zeros(own.time.size, bool)
     lost: list[Lost] = []
-    while (index := np.flatnonzero(kept)).size >= LEAST:
-        rest = _Rest(own.time[index], own.force[index], least)
-        run = next((index[found] for found in rest.suspects() if not of_rig[index[found]].any()), None)
-        if run is None:
-            break
-        if _is_of_rig(own, run, peers):
-            of_rig[run] = True
-        else:
-            kept[run] = False
-            lost += map(Lost, own.time[run].tolist(), own.force[run].tolist())
+    near = np.ones(own.time.size, bool)  # readings near one that was taken out: they are judged anew
+    while (index := np.flatnonzero(kept)).size >= LEAST and len(lost) <= MOST * own.time.size and near.any():
+        rest = _Rest(own.time[index], own.force[index], near[index], least)
+        near[:] = False
+        for found in rest.suspects():
+            run = index[found]
+            if of_rig[run].any():
+                continue
+            if _is_of_rig(own, run, peers):
+                of_rig[run] = True
+            else:
+                around = slice(max(found[0] - APART, 0), found[-1] + APART + 1)
+                rest.is_open[around], near[index[around]], kept[run] = False, True, False
+                lost += map(Lost, own.time[run].tolist(), own.force[run].tolist())
     return kept, tuple(sorted(lost))
 
 
 class _Rest:
     """The readings that are left of a trace, among which the next lost ones are looked for."""
 
-    def __init__(self, time: Array, force: Array, least: float):
+    def __init__(self, time: Array, force: Array, is_open: NDArray[np.bool_], least: float):
         from scipy.ndimage import median_filter  # slow to import, and not every command reads traces
 
         self.time, self.force = time, force
@@ -108,11 +114,14 @@ class _Rest:
         self.noise = np.maximum(np.pad(noise, 2, mode="edge"), least)
         self.change = np.abs(np.diff(force))
         self.again = np.append(False, self.change == 0.0)
+        self.is_open = is_open  # whether a reading is to be judged
 
     def suspects(self) -> Iterator[NDArray[np.intp]]:
         """Readings that lie far off those around them, farthest first, the fewest that explain it."""
         least = np.where(self.again, REPEATED, 1.0) * CLEAR * self.noise / IN_A_ROW
         for i in sorted(np.flatnonzero(self.size > least), key=lambda i: -self.size[i]):
+            if not self.is_open[i]:
+                continue
             spans = ((first, k) for k in range(1, SPAN + 1) for first in range(i - k + 1, i + 1))
             found = next((far for first, k in spans if (far := self._far_in(first, k)).size), None)
             if found is not None:
