@@ -225,6 +225,17 @@ def test_a_trial_that_alone_was_not_zeroed_is_zeroed():
     assert "t006 +19.8 N" in quality.doubts[0]
 
 
+def test_a_peak_that_was_stated_zeroed_stays():
+    """Only a peak as the trace reads it has the odd zero, too."""
+    dataset = made_up(0, stated=False)
+    trial = dataset.trials[6]
+    read = with_force(trial, trial.trace.force + 40.0)
+    for stated in (trial.peak_force, read.peak_force):
+        quality = assess_dataset(with_trial(dataset, 6, replace(read, peak_force=stated)))
+        assert quality.excluded == {}
+        assert quality.dataset.trials[6].peak_force == pytest.approx(trial.peak_force, abs=1.0)
+
+
 def test_one_trial_does_not_make_the_noise_of_all():
     dataset = made_up(0, stated=False)
     rng = np.random.default_rng(0)

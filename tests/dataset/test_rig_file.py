@@ -108,6 +108,7 @@ def test_a_deviation_of_a_value_of_zero_counts(written):
     (("{value: 800, std: 400}", "true"), "rig.k_f: must hold `key: value` pairs, but is True"),
     (("rig:", "relative_std: {m: 0.02}\nrig:"), "rig.m: std and relative_std.m both say how well it is known"),
     (("rig:", "relative_std: {m: 2, q: 1}\nrig:"), "relative_std.q: is not known; use m, d"),
+    (("rig:", "relative_std: {v_e: 0.3}\nrig:"), "relative_std.v_e: must be at most 0.25, but is 0.3"),
     (("rig:", "relative_std: 3\nrig:"), "relative_std: must hold `name: share` pairs"),
     (("rig:", "tried: {v_e: [2, 1], f_p: 3}\nrig:"), "tried.v_e: must be two numbers, the lower first"),
     (("rig:", "x: 1\nrig:"), "x: is not a known key"),

@@ -138,6 +138,9 @@ def test_hdf5(tmp_path):
     check(read(recording, "ft/wrench[1]", "ft/time"))
     check(read(recording, "table/load", "table/stamp_ns"), begin=10**18 + 1)
     with h5py.File(path, "a") as file:
+        file["ft/time"].attrs["units"] = np.array([b"ms"])  # as some programs write it
+    check(read(open_recording(path), "ft/wrench[1]", "ft/time"))
+    with h5py.File(path, "a") as file:
         del file["table"]
     recording = open_recording(path)
     check(read(recording, "ft/wrench[1]"))  # by the time of its group
@@ -338,6 +341,16 @@ def test_excel_of_old(tmp_path):
         InputError, match=r"is of a kind that is not read; open it in Excel and save it as \.xlsx"
     ):
         open_recording(tmp_path / "log.xls")
+
+
+def test_exact_times_of_which_one_is_missing_are_named(tmp_path):
+    parquet = need_module("pyarrow.parquet", "pip install 'acf-jax[parquet]'")
+    import pyarrow
+
+    columns = {"time": [10**18 + 1, None, 10**18 + 3], "force": [0.0, 1.0, 2.0]}
+    parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
+    with pytest.raises(InputError, match="column 'time': lacks a value beside whole numbers"):
+        open_recording(tmp_path / "log.parquet").read({"force": Source(name="force")}, lambda *_: None)
 
 
 def test_parquet_columns_called_the_same(tmp_path):

@@ -70,5 +70,7 @@ def _odd_zeros(trials: list[Trial]) -> dict[str, float]:
 def _zeroed(trial: Trial, zero: float) -> Trial:
     if not zero or trial.trace is None:
         return trial
-    peak = None if trial.peak_force is None else trial.peak_force - zero
+    peak, top = trial.peak_force, float(trial.trace.force.max())
+    if peak is not None and abs(peak - top) < abs(peak - (top - zero)):  # stated as it was read
+        peak -= zero
     return replace(trial, trace=Trace(trial.trace.time, trial.trace.force - zero), peak_force=peak)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from acf_jax.dataset.units import QUANTITIES, unit_fault, value_fault
+from acf_jax.dataset.units import QUANTITIES, RELATIVE_STD, unit_fault, value_fault
 from acf_jax.documents import is_number
 from acf_jax.errors import InputError, shown, suggestion
 from acf_jax.files import read_yaml_mapping
@@ -116,7 +116,12 @@ def as_prior(content: dict[str, Any], where: str) -> tuple[dict[str, Any], dict[
         known = whole if std is None else whole | {"std": std}
         rig[KEYS[name]] = known if isinstance(given, Mapping) or is_number(given) else given
     rest = {key: value for key, value in content.items() if key not in ("rig", "relative_std", "tried")}
-    spread = {SPREAD[name]: share for name, share in shares.items() if name in SPREAD}
+    spread = {}
+    for name in [name for name in SPREAD if name in shares]:
+        if fault := RELATIVE_STD.fault(shares[name]):
+            wrong.append(f"{where} relative_std.{name}: {fault}")
+        else:
+            spread[SPREAD[name]] = shares[name]
     measured = content.get("measurement", {})
     if spread and isinstance(measured, Mapping):
         rest["measurement"] = spread | dict(measured)

@@ -46,7 +46,10 @@ def datasets(h5py: Any, path: Path, stated: Mapping, remedy: str, opaque: str = 
         if "MATLAB_object_decode" in node.attrs:
             objects.append(name)
         elif _holds_numbers(name, node):
-            if isinstance(unit := node.attrs.get("units", node.attrs.get("unit")), str | bytes):
+            unit = node.attrs.get("units", node.attrs.get("unit"))
+            if isinstance(unit, np.ndarray) and unit.size == 1:
+                unit = unit.item()
+            if isinstance(unit, str | bytes):
                 units[name] = unit.decode(errors="replace") if isinstance(unit, bytes) else unit
             for field in node.dtype.names or (None,):
                 whole = name if field is None else f"{name}/{field}"

@@ -79,4 +79,8 @@ def _numbers(path: Path, name: str, column: Any) -> Any:
         raise InputError(
             f"{path} column {shown(name)}: holds {column.type}, not numbers; name another column"
         )
-    return column.cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
+    try:
+        return column.cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
+    except pyarrow.ArrowInvalid:  # beyond 2^53, as ns since 1970
+        what = "lacks a value beside whole numbers too large to be exact with one missing"
+        raise InputError(f"{path} column {shown(name)}: {what}; fill it, or leave out its row") from None
