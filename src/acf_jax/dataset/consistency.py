@@ -87,7 +87,7 @@ def _by_traces(
     grid, force = _on_grid(trials, phases)
     slope = np.gradient(force, grid, axis=0) if grid.size > 1 else np.zeros_like(force)
     peaks = np.array([phase.height for phase in phases if phase])
-    steps = np.array([np.median(np.diff(t.trace.time)) for t in trials if t.trace])
+    steps = np.array([t.trace.step for t in trials if t.trace])
 
     def misfit(expected: Array, index: Indices) -> tuple[Array, Array]:
         rest, changing, step = force[:, index] - expected, slope[:, index], steps[index]
@@ -224,7 +224,7 @@ def _on_grid(trials: list[Trial], phases: list[ImpactPhase | None]) -> tuple[Arr
     """
     contacts = [(t.trace, p) for t, p in zip(trials, phases, strict=True) if t.trace and p]
     ends = np.array([trace.time[phase.stop - 1] for trace, phase in contacts])
-    step = max(float(np.median(np.diff(trace.time))) for trace, _ in contacts)
+    step = max(trace.step for trace, _ in contacts)
     grid = np.linspace(2.0 * step, max(float(np.quantile(ends, 0.9)), 3.0 * step), _POINTS)
     force = np.full((grid.size, len(contacts)), np.nan)
     for i, (trace, phase) in enumerate(contacts):

@@ -48,7 +48,7 @@ def assess_low_passed(dataset: GapDataset, low_pass: LowPass) -> Quality:
         )
     traces = [trial.trace for trial in kept if trial.trace]
     stated = whole.noise.source == "stated" or noise_behind(traces, low_pass) is None
-    gain = Filter(low_pass, float(np.median([np.median(np.diff(trace.time)) for trace in traces]))).gain
+    gain = Filter(low_pass, float(np.median([trace.step for trace in traces]))).gain
     slow = whole.noise.share  # of the noise, which passes
     left = whole.noise.std * float(np.sqrt((1 - slow) * gain**2 + slow))
     measurement = replace(

@@ -57,7 +57,7 @@ def assess(
     std = own if noise_std is None else noise_std
     offset = approach.offset if approach else 0.0
     phase = find_impact(trace, std, impact_time, offset)
-    rate = 1.0 / float(np.median(np.diff(trace.time)))
+    rate = 1.0 / trace.step
     found = TrialQuality(trial.name, approach, phase, rate, quantisation_step(trace.force), None)
     if faults := no_impact(trial, phase):
         return replace(found, tells_nothing=True, faults=tuple(faults))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from acf_jax.dataset.noise import quantisation_step
+from acf_jax.dataset.noise import OF_MEDIAN, quantisation_step, robust_std
 from acf_jax.dataset.trials import Array, Trace
 
 IN_A_ROW = 3  # readings that may be lost together; more leave too little to tell what was between
@@ -24,7 +24,6 @@ STEEP = (
 REPEATED = 0.75  # of CLEAR and ROUGH are enough for a reading that is the last one again to the digit
 NEARBY = 41  # samples among which noise is told
 SHARED = 0.5  # of what a trial's reading is off, over its largest force, by which a repeat shows the same
-OF_MEDIAN = 1.4826  # standard deviation over median of what noise gives, signs left out
 LEAST = 12  # samples, of which fewer tell nothing
 MOST = 0.05  # of a trial's readings: one that lost more is not to be trusted
 APART = NEARBY + 2 * SPAN  # samples, farther than which a lost reading is no part of how others are judged
@@ -66,7 +65,7 @@ def without_lost(
     **Arguments:** `repeats`: the trials (by index) of each condition; those of one that has none are compared with all.
     """
     known = {i: Readings.of(t) for i, t in enumerate(traces) if t is not None and t.time.size >= LEAST}
-    usual = float(np.median([OF_MEDIAN * np.median(np.abs(x.off)) for x in known.values()])) if known else 0.0
+    usual = float(np.median([robust_std(x.off) for x in known.values()])) if known else 0.0
     alike = {i: [j for j in group if j != i and j in known] for group in repeats for i in group}
     result: list[tuple[Trace | None, tuple[Lost, ...]]] = []
     for i, trace in enumerate(traces):

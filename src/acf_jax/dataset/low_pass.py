@@ -6,7 +6,7 @@ import numpy as np
 import scipy  # its parts load where they are used: a peak needs none of them
 from numpy.typing import NDArray
 
-from acf_jax.dataset.noise import Noise, approach_samples
+from acf_jax.dataset.noise import Noise, approach_samples, shrunk
 from acf_jax.dataset.trials import Array, LowPass, Trace
 
 APPLIED_ORDER = 4  # of a filter whose cutoff alone is given: it leaves 1 % of a ring at three times that
@@ -87,13 +87,13 @@ def settling_time(low_pass: LowPass) -> float:
 def is_even_enough(trace: Trace) -> bool:
     """Whether evenly spaced samples would be no more than twice as many: else most would be made up."""
     span = float(trace.time[-1] - trace.time[0])
-    return span <= 2 * trace.time.size * float(np.median(np.diff(trace.time)))
+    return span <= 2 * trace.time.size * trace.step
 
 
 def low_passed(trace: Trace, low_pass: LowPass) -> Trace:
     """A trace behind the filter, evenly sampled; before it the sensor had read what it reads in the approach."""
     time, force = trace.time, trace.force
-    interval = float(np.median(np.diff(time)))
+    interval = trace.step
     even = time[0] + interval * np.arange(int(np.floor((time[-1] - time[0]) / interval * (1 + 1e-9))) + 1)
     if even.size != time.size or np.abs(even - time).max() > 1e-3 * interval:
         force = np.interp(even, time, force)  # a reading was taken out, or the recorder's clock is uneven
@@ -115,7 +115,7 @@ def thinned(trace: Trace, low_pass: LowPass) -> Trace:
     """The samples of a filtered trace that count as independent."""
     if trace.time.size < 2:
         return trace
-    kept = is_kept(trace.time, float(np.median(np.diff(trace.time))), low_pass)
+    kept = is_kept(trace.time, trace.step, low_pass)
     return Trace(trace.time[kept], trace.force[kept])
 
 
@@ -132,17 +132,12 @@ def noise_behind(traces: list[Trace], low_pass: LowPass) -> Noise | None:
     """
     approaches = [approach_behind(trace, low_pass) for trace in traces]
     forces = np.concatenate([a.force for a in approaches] or [np.empty(0)])
-    count = sum(
-        a.time.size / Filter(low_pass, float(np.median(np.diff(a.time)))).stride
-        for a in approaches
-        if a.time.size > 1
-    )
+    count = sum(a.time.size / Filter(low_pass, a.step).stride for a in approaches if a.time.size > 1)
     if count < 2:
         return None
     variance = float(forces.var()) * count / (count - 1)
     mean, by_chance = float(forces.mean()), variance / count
-    offset = mean * max(0.0, 1.0 - by_chance / mean**2) if mean else 0.0
-    return Noise(variance**0.5, offset=offset, offset_std=by_chance**0.5, samples=int(count))
+    return Noise(variance**0.5, offset=shrunk(mean, by_chance), offset_std=by_chance**0.5, samples=int(count))
 
 
 def statement(low_pass: LowPass) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 
 from acf_jax.dataset.held import held_for, one_of_each
 from acf_jax.dataset.lost import Lost, without_lost
-from acf_jax.dataset.noise import look_at_approach
+from acf_jax.dataset.noise import look_at_approach, robust_std
 from acf_jax.dataset.trials import GapDataset, Trace, Trial
 
 ODD = 8.0  # standard deviations by which what one unloaded sensor reads lies off what it reads in the other trials
@@ -62,7 +62,7 @@ def _odd_zeros(trials: list[Trial]) -> dict[str, float]:
     heights = np.array([np.ptp(trace.force) for _, trace in looks.values()])
     away = offsets - np.median(offsets)
     # most agree: the trials' own scatter tells what is usual, whatever the odd ones read
-    usual = np.maximum(1.4826 * np.median(np.abs(away)), np.median(errors))
+    usual = np.maximum(robust_std(away), np.median(errors))
     odd = np.abs(away) > np.maximum(ODD * np.maximum(usual, errors), SMALL * heights)
     return {name: float(x) for name, x, is_odd in zip(looks, away, odd, strict=True) if is_odd}
 

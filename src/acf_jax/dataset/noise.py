@@ -8,6 +8,7 @@ import numpy as np
 
 from acf_jax.dataset.trials import Array, Trace
 
+OF_MEDIAN = 1.4826  # standard deviation over median of what noise gives, signs left out
 _LONGEST = 200  # samples of one approach that enter the fit; more would only cost time
 _COLOURED = 12.0  # twice the gain in log likelihood that colour must bring: under 1 % false alarms
 _CONTRADICTS = 8.0  # the same by which samples contradict a stated standard deviation: 0.5 % false alarms
@@ -161,8 +162,18 @@ def difference_noise(traces: Sequence[Trace]) -> Noise | None:
     pooled = np.concatenate([third for third in thirds if third.size >= 8] or [np.empty(0)])
     if pooled.size < 10:
         return None
-    std = 1.4826 * float(np.median(np.abs(pooled))) / 20.0**0.5
+    std = robust_std(pooled) / 20.0**0.5
     return Noise(std, samples=pooled.size, source="differences")
+
+
+def robust_std(away: Array) -> float:
+    """Standard deviation of normal values about zero by the median of their sizes, which a few odd ones hardly move."""
+    return OF_MEDIAN * float(np.median(np.abs(away)))
+
+
+def shrunk(mean: float, variance: float) -> float:
+    """A mean less what noise of this variance alone would make of it: James and Stein's estimate, never beyond zero."""
+    return mean * max(0.0, 1.0 - variance / mean**2) if mean else 0.0
 
 
 def quantisation_step(force: Array) -> float:
@@ -189,7 +200,7 @@ def _group(traces: Sequence[Trace]) -> list[tuple[Array, float]]:
     groups: dict[tuple[int, float], list[Array]] = {}
     for trace in traces:
         if trace.time.size >= 3:
-            step = float(np.median(np.diff(trace.time)))
+            step = trace.step
             force = trace.force[-_LONGEST:]
             groups.setdefault((force.size, float(f"{step:.2g}")), []).append(force)
     return [(np.stack(forces), step) for (_, step), forces in groups.items()]
@@ -207,8 +218,7 @@ class _Told(NamedTuple):
 def _fit(groups: list[tuple[Array, float]], share: float, tau: float, std: float | None = None) -> _Told:
     """What approaches say at one correlation; offset and std are profiled out, the latter where it is not given.
 
-    The offset is the mean less what noise alone would make of it (James and Stein's estimate, never beyond zero): a
-    sensor that was zeroed keeps its zero, instead of an error that all readings would share.
+    The offset is shrunk: a sensor that was zeroed keeps its zero, instead of an error that all readings would share.
     """
     whitened, count, logdet = [], 0, 0.0
     for force, step in groups:
@@ -223,6 +233,5 @@ def _fit(groups: list[tuple[Array, float]], share: float, tau: float, std: float
     variance = sum(float(((z - mean * one) ** 2).sum()) for z, one in whitened) / (count - 1)
     spread = max(variance, 1e-300) if std is None else std**2
     by_chance = spread / weight  # variance of the mean
-    offset = mean * max(0.0, 1.0 - by_chance / mean**2) if mean else 0.0
     loss = 0.5 * (count * (float(np.log(spread)) + variance / spread) + logdet)
-    return _Told(loss, offset, by_chance**0.5, spread**0.5)
+    return _Told(loss, shrunk(mean, by_chance), by_chance**0.5, spread**0.5)

@@ -49,7 +49,7 @@ def find_impact(
     lasts, roughly, s. `offset`: sensor offset to remove, N.
     """
     time, force = trace.time, trace.force - offset
-    step = float(np.median(np.diff(time)))
+    step = trace.step
     first = int(np.searchsorted(time, -0.5 * step))
     width = int(min(0.15 * impact_time / step, time.size)) | 1
     smooth = moving_mean(force, width)

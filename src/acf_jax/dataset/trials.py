@@ -44,6 +44,10 @@ class RigPrior:
         """Half a period of the undamped oscillation, pi sqrt(m/(k_F + k_C)): how long an impact lasts, s."""
         return float(np.pi * np.sqrt(self.m.value / (self.k_f.value + self.k_c.value)))
 
+    def undamped_peak(self, v_e: Array, f_p: Array) -> Array:
+        """Peak of the undamped impact at a velocity in m/s and a pretension in N, sqrt(F_P^2 + k_C m v^2), N."""
+        return np.sqrt(f_p**2 + self.k_c.value * self.m.value * v_e**2)
+
 
 @dataclass(frozen=True)
 class LowPass:
@@ -78,6 +82,11 @@ class Trace:
     time: Array  # s, increasing, shape (N,)
     force: Array  # N, shape (N,)
 
+    @property
+    def step(self) -> float:
+        """Usual time between two samples, s."""
+        return float(np.median(np.diff(self.time)))
+
 
 @dataclass(frozen=True)
 class RobotVelocity:
@@ -85,6 +94,11 @@ class RobotVelocity:
 
     time: Array  # s, increasing, shape (N,)
     value: Array  # m/s, towards the part, shape (N,)
+
+    @property
+    def step(self) -> float:
+        """Usual time between two samples, s."""
+        return float(np.median(np.diff(self.time)))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from acf_jax.dataset.noise import robust_std
 from acf_jax.dataset.trials import Array, LowPass, Prior, RigPrior, RobotVelocity, Trace, Trial
 from acf_jax.documents import is_number
 from acf_jax.errors import shown
@@ -96,13 +97,13 @@ def value_fault(name: str, value: Any, where: str) -> str | None:
 
 
 def expected_peak(rig: RigPrior, trial: Trial) -> float:
-    """Peak of the undamped impact, sqrt(F_P^2 + k_C m v^2), at the rig's prior values, N."""
-    return math.sqrt(trial.pretension**2 + rig.k_c.value * rig.m.value * trial.contact_velocity**2)
+    """Peak of the undamped impact at the rig's prior values, N."""
+    return float(rig.undamped_peak(*np.array(trial.condition)))
 
 
 def time_fault(trace: Trace, impact_time: float) -> str | None:
     """Why the column `time_s` cannot be in seconds from first contact; None when it can."""
-    time, step = trace.time, float(np.median(np.diff(trace.time)))
+    time, step = trace.time, trace.step
     if step > 3.0 * impact_time:
         return (
             f"time_s advances by {step:g} s a sample, longer than a whole impact (about {impact_time:.2g} s);"
@@ -165,7 +166,7 @@ def force_fault(trace: Trace, expected: float) -> str | None:
 
 def motion_fault(motion: RobotVelocity, contact_velocity: float | None, impact_time: float) -> str | None:
     """Why the robot's measured velocity cannot be that over an impact at a stated one, m/s; None when it can."""
-    time, step = motion.time, float(np.median(np.diff(motion.time)))
+    time, step = motion.time, motion.step
     if time[0] > 0.0 or time[-1] < 0.5 * impact_time:
         return (
             f"time_s runs from {time[0]:g} to {time[-1]:g} s; give the velocity from first contact at 0, or before, to"
@@ -192,7 +193,7 @@ def _at_rest(trace: Trace) -> tuple[float, float]:
     if not before.size:
         return 0.0, 0.0
     rest = float(np.median(before))
-    return rest, 1.4826 * float(np.median(np.abs(before - rest)))
+    return rest, robust_std(before - rest)
 
 
 def range_fault(range_n: float, trials: Sequence[Trial]) -> str | None:
@@ -219,7 +220,7 @@ def low_pass_fault(low_pass: LowPass, impact_time: float, trials: Sequence[Trial
             f"cutoff_hz is {cutoff:g} Hz, which leaves less than two samples of an impact of"
             f" {1e3 * impact_time:.3g} ms; give at least {1 / impact_time:.3g} Hz"
         )
-    rates = {t.name: 1 / float(np.median(np.diff(t.trace.time))) for t in trials if t.trace}
+    rates = {t.name: 1 / t.trace.step for t in trials if t.trace}
     name = min(rates, key=rates.__getitem__, default=None)
     if name is None or cutoff < rates[name] / 2:
         return None

@@ -364,7 +364,7 @@ def _row(trial: Trial, look: TrialQuality, offset: float, longest: float, low_pa
     if trial.trace is None or look.phase is None:
         peak = np.array([] if trial.peak_force is None else [trial.peak_force])
         return _Row(np.zeros_like(peak), peak, np.full(peak.shape, look.peak_is_bound), 0.0, True)
-    interval = float(np.median(np.diff(trial.trace.time)))
+    interval = trial.trace.step
     late = interval * round((look.trigger_offset or 0.0) / interval)
     part = slice(look.phase.start, look.phase.stop)
     time, force = trial.trace.time[part] - late, trial.trace.force[part] - offset

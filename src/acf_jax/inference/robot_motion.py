@@ -107,7 +107,7 @@ def _errors(
     motion: RobotVelocity, velocity: np.ndarray, time: np.ndarray, spacing: float, std: float, last: float
 ) -> np.ndarray:
     """(ERRORS, nodes) m/s, one standard deviation of each part of the error of what is measured until `last`, s."""
-    interval = float(np.median(np.diff(motion.time)))
+    interval = motion.step
     end = min(time[-1], last)
     share = np.minimum(time / end, 1.0)
     walk = std * np.sqrt(2 * interval / end)

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.signal import correlate
 from scipy.stats import theilslopes
 
+from acf_jax.dataset.noise import robust_std
 from acf_jax.errors import InputError
 from acf_jax.recording.approach import Travel, travel_of
 from acf_jax.recording.contacts import Contact
@@ -270,6 +271,6 @@ def _clock(begins: Array, slow: Array, step: float) -> tuple[float, float, float
         drift = float(slope) if low * high > 0.0 else 0.0
     rest = late - drift * (begins - begins[0])
     middle = float(np.median(rest))
-    std = max(1.4826 * float(np.median(np.abs(rest - middle))), step / 12**0.5)
+    std = max(robust_std(rest - middle), step / 12**0.5)
     # no robot slows down before contact: the earliest that is no outlier counts
     return float(rest[rest >= middle - 3.0 * std].min()), drift, std

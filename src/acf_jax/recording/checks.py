@@ -140,7 +140,7 @@ def force_unit_fault(session: Session, cuts: Sequence[Cut], rig: RigPrior) -> st
     f_p, v_e = (np.array([getattr(cut, name).value for cut in cuts]) for name in ("pretension", "velocity"))
 
     def expected(f_p: Array) -> Array:
-        return np.maximum(np.sqrt(f_p**2 + rig.k_c.value * rig.m.value * v_e**2), 1e-9)
+        return np.maximum(rig.undamped_peak(v_e, f_p), 1e-9)
 
     def ratio(peaks: Array, f_p: Array) -> float:
         """Of peaks to the expected ones; zero where they stay too far below the pretension."""

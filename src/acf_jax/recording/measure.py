@@ -121,7 +121,7 @@ def _motion(session: Session, cut: Cut, character: Character, impact_time: float
     motion = motion_over(speed, cut.contact.begin, float(cut.trace.time[-1]))
     if motion is None or units.motion_fault(motion, cut.velocity.value, OFTEN * impact_time):
         return None
-    return motion if session.clock_std < float(np.median(np.diff(motion.time))) else None
+    return motion if session.clock_std < motion.step else None
 
 
 def _velocity(session: Session, begin: int, character: Character) -> Estimate | None:

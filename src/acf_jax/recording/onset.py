@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from acf_jax.dataset.noise import robust_std
 from acf_jax.recording.level import DEBOUNCE
 from acf_jax.recording.series import Array
 
@@ -74,5 +75,5 @@ def _last_quiet(samples: Array, limit: float) -> int:
 def _centre(samples: Array) -> tuple[float, float]:
     """Median, and the standard deviation about it that a few odd samples do not change."""
     middle = float(np.median(samples))
-    spread = 1.4826 * float(np.median(np.abs(samples - middle)))
+    spread = robust_std(samples - middle)
     return middle, spread if spread > 0.0 else float(samples.std())

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from acf_jax.dataset.noise import robust_std
 from acf_jax.dataset.trials import RobotVelocity
 from acf_jax.recording.series import Array, Series
 
@@ -61,8 +62,8 @@ def character_of(series: Series, is_position: bool) -> Character:
         if np.mean(np.diff(value) == 0.0) > 0.5:
             return Character(steady=_STEADY * float(np.median(np.diff(fresh))))
     moves = slice(None) if is_position else np.abs(value[1:-1]) > _MOVES * float(np.abs(value).max())
-    bend = np.abs(np.diff(value, 2))[moves]
-    return Character(noise_std=1.4826 * float(np.median(bend)) / 6.0**0.5 if bend.size else 0.0)
+    bend = np.diff(value, 2)[moves]
+    return Character(noise_std=robust_std(bend) / 6.0**0.5 if bend.size else 0.0)
 
 
 def velocity_at(
