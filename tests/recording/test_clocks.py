@@ -37,6 +37,9 @@ class Played:
     def is_position(self, source) -> bool:
         return False
 
+    def unit(self, source) -> str:
+        return ""
+
     def described(self, source) -> str:
         return source.name
 

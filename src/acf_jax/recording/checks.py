@@ -20,9 +20,7 @@ FASTEST = 2e6  # Hz, beyond any force sensor
 NOUGHT = 0.01  # of the largest pretension, that a sensor may read below none at all
 LEAST_SHARE = 0.4  # of the pretension that a first peak reaches at least
 FAR = 8.0  # times the expected peaks, which no rig reaches
-SOFT = (
-    1 / 64
-)  # of them, which every rig exceeds: one of 0.5 kg and 1e4 N/m that nothing is stated of reaches 1/13
+SOFT = 1 / 64  # of them, which every rig exceeds: 0.5 kg and 1e4 N/m give 1/13 of a typical rig's
 UNDECIDED = 1.5  # a factor within which two slips explain the same peaks as well
 NEWTONS = {unit: UNITS["force"][unit] for unit in ("kN", "kgf", "gf", "mN")}  # taken for newtons
 
