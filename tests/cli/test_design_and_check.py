@@ -427,6 +427,25 @@ def test_an_early_stop_does_not_stop_the_flange(call, tmp_path, ending, command)
     assert 0.97 * highest < found["v_e"] < highest
 
 
+def test_no_speed_is_stated_at_which_the_robot_travels_farther_than_is_left(call):
+    """Of 100 mm/s for 50 ms and 5 mm, the deviation of the speed is to spare."""
+    ending = ("--stop-after", "0.05", "--travel", "0.005")
+    asked = ("--f-p", "60", "--limit", "120", "--draws", "400", "--json")
+    (found,) = json.loads(call("speed", "--model", RIG, *asked, *ending).output)["speeds"]
+    assert 0.09 < found["v_e"] < 0.1 and found["robot_stops_within_m"] < 0.005 and not found["limit_reached"]
+    one = ("--body-area", "palm", "--contact", "quasi_static", "--f-p", "60", *ending)
+    near = json.loads(call("check", "--model", RIG, *one, "--v-e", "0.0999", "--json").output)
+    assert near["verdict"] == "not decidable" and near["must_stop_within_m"] < 0.005
+
+
+def test_a_design_knows_that_a_diagnosis_brakes_the_robot_itself(call, tmp_path):
+    model, config = tmp_path / "model.json", tmp_path / "design.yaml"
+    model.write_text(write_model(gap_model(("robot_deceleration",), (5.0, 0.0, 1e-3))))
+    config.write_text(f"model: {model}\ngoal: fastest\nlimit: 120\nf_p: 60\nv_e: {{low: 0.05, high: 0.3}}\n"
+                      "ending: {reaction: 0.1, deceleration: 2}\n")  # fmt: skip
+    assert "ending: the corrected model brakes the robot itself" in faults(call, "design", "--config", config)
+
+
 def test_an_ending_that_cannot_be_is_refused_by_every_command(call, tmp_path):
     config = tmp_path / "design.yaml"
     config.write_text(f"model: {RIG}\ngoal: fastest\nlimit: 120\nf_p: 60\nv_e: {{low: 0.02, high: 1}}\n"

@@ -171,7 +171,10 @@ def test_an_ending_that_cannot_be_is_told() -> None:
 def test_a_stroke_that_ends_first_and_a_robot_that_brakes_twice_are_conflicts() -> None:
     model = of_rig(RIG, {})
     assert not ending_conflict(model, Ending(stop_after=0.02, travel=0.01), 0.4)
-    assert "travels 8 mm" in ending_conflict(model, Ending(stop_after=0.02, travel=0.005), 0.4)
+    too_far = Ending(stop_after=0.02, travel=0.005)
+    assert "travels 8 mm" in ending_conflict(model, too_far, 0.4)
+    z = np.stack([model.at(v, 60.0) for v in (0.25, 0.26)])
+    assert forces(ended(model, too_far).main.peak, z, CLAMPED)[1].tolist() == [True, False]
     braking = of_diagnosis(gap_model(("robot_deceleration",), (5.0, 0.0, 1e-3)))
     assert "brakes the robot itself" in ending_conflict(braking, Ending(reaction=0.1, deceleration=2.0), 0.4)
     assert not ending_conflict(braking, Ending(stop_after=0.02), 0.4)

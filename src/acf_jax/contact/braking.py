@@ -1,6 +1,7 @@
 """The robot's stop in numbers, and its braking as the simulator's effects see it."""
 
 import jax.numpy as jnp
+from jaxtyping import Array, Bool
 
 from acf_jax.contact.ending import Ending
 from acf_jax.effects import AbstractEffect, strength
@@ -8,6 +9,7 @@ from acf_jax.effects._interface import Scalar
 from acf_jax.model import Impact, Rig
 
 LEAST_SPEED = 1e-9  # m/s, of a robot that stops
+ROUNDING = 1e-6  # of a travel: no stroke is known better
 
 
 def stopping_time(ending: Ending, v_e: Scalar | float) -> Scalar:
@@ -27,6 +29,11 @@ def stopping_travel(ending: Ending, v_e: Scalar | float) -> Scalar:
     is_braking = jnp.isfinite(ending.deceleration)
     saved = v**2 / (2 * jnp.where(is_braking, ending.deceleration, 1.0))
     return jnp.where(v > 0, v * time - jnp.where(is_braking, saved, 0.0), 0.0)
+
+
+def is_within_travel(ending: Ending, v_e: Scalar | float) -> Bool[Array, ""]:
+    """Whether the robot stops before the travel that is left is used up."""
+    return stopping_travel(ending, v_e) <= ending.travel * (1 + ROUNDING)
 
 
 def braking(ending: Ending, v_e: Scalar, at_once: Scalar) -> tuple[Scalar, Scalar]:

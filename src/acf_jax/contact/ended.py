@@ -4,17 +4,23 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
+from acf_jax.contact.braking import is_within_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel, Variant
 from acf_jax.contact.peak import AbstractPeak, Branches, ContactPeak
 
 
 class Ended(AbstractPeak):
-    """The largest force until a stated ending, by the law itself: no surrogate has learnt what follows a first peak."""
+    """The largest force until a stated ending, by the law itself: no surrogate has learnt what follows a first peak.
+
+    A robot that travels farther than is left has no such force: at the end of the stroke its own mass would act.
+    """
 
     law: AbstractPeak
     ending: Ending
-    no_peak = "the force cannot be followed until the robot has stopped"
+    no_peak = (
+        "the force cannot be followed until the robot has stopped, or the robot travels farther than is left"
+    )
 
     @property
     def block(self) -> int:  # type: ignore[override]
@@ -25,10 +31,11 @@ class Ended(AbstractPeak):
         return ContactPeak(found.force.max(), found.exists)
 
     def branches(self, z: Float[Array, " p"], body: Body) -> Branches:
-        return self.law.until(z, body, self.ending)
+        return self.until(z, body, self.ending)
 
     def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
-        return self.law.until(z, body, ending)
+        found = self.law.until(z, body, ending)
+        return found._replace(exists=found.exists & is_within_travel(ending, z[-2]))
 
     def credits_stiffness(self) -> bool:
         return self.law.credits_stiffness()

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from acf_jax.contact.braking import stopping_time, stopping_travel
+from acf_jax.contact.braking import ROUNDING, stopping_time, stopping_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import BRAKES_ITSELF, Simulated
@@ -45,7 +45,7 @@ def ending_conflict(model: ContactModel, ending: Ending, v_e: float) -> str:
         if any(isinstance(law, Simulated) and BRAKES_ITSELF in law.effects for law in laws):
             return "the corrected model brakes the robot itself: state its end by stop_after or travel"
     travel = stop_of(ending, v_e).travel
-    if math.isfinite(travel) and travel > ending.travel * (1 + 1e-9):
+    if math.isfinite(travel) and travel > ending.travel * (1 + ROUNDING):
         return (
             f"the robot travels {1e3 * travel:.3g} mm until it has stopped, more than the {1e3 * ending.travel:g} mm"
             " that are left; at the end of the stroke its own mass would act"

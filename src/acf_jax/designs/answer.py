@@ -4,6 +4,7 @@ from acf_jax.contact.ended import ended
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import RIG, Learned
 from acf_jax.contact.read import learnt_range, possible_fault, zeta_span
+from acf_jax.contact.stop import ending_conflict
 from acf_jax.designs.chance import draws_fault
 from acf_jax.designs.config import IMPACT, Config, Question, Span
 from acf_jax.designs.remedy import Infeasible
@@ -26,14 +27,19 @@ def answer(config: Config, model: ContactModel) -> Design | Infeasible:
 
 
 def model_faults(where: object, question: Question, model: ContactModel) -> list[str]:
-    """Ranges and numbers of draws that the model does not allow; each fault begins with `where`."""
-    return _range_faults(where, question, model) + _draws_faults(where, question.config, model)
+    """Ranges, numbers of draws and endings that the model does not allow; each fault begins with `where`."""
+    return _range_faults(where, question, model) + _config_faults(where, question.config, model)
 
 
-def _draws_faults(where: object, config: Config | None, model: ContactModel) -> list[str]:
-    """What is wrong with the number of draws, once all else is sound."""
-    fault = draws_fault(model, config.probability, config.draws) if config else None
-    return [f"{where}: draws: {fault}"] if fault else []
+def _config_faults(where: object, config: Config | None, model: ContactModel) -> list[str]:
+    """What is wrong with the number of draws and the ending, once all else is sound."""
+    if config is None:
+        return []
+    found = {
+        "draws": draws_fault(model, config.probability, config.draws),
+        "ending": ending_conflict(model, config.ending.ending(), 0.0),  # too far a travel has remedies
+    }
+    return [f"{where}: {name}: {fault}" for name, fault in found.items() if fault]
 
 
 def _range_faults(where: object, question: Question, model: ContactModel) -> list[str]:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from acf_jax.contact.ended import Ended
 from acf_jax.contact.read import learnt_range
 from acf_jax.contact.stop import LONGEST, stop_words
 from acf_jax.designs.remedy import Infeasible
@@ -87,8 +88,10 @@ def stop(found: Design) -> str:
 
 def why_none(found: Infeasible) -> str:
     """Why no velocity keeps the limit."""
+    peak = found.task.model.main.peak
+    without = peak.no_peak if isinstance(peak, Ended) else f"{peak.no_peak}; raise the pretension"
     if not found.has_peak:
-        return f"none: at every velocity {found.task.model.main.peak.no_peak}; raise the pretension"
+        return f"none: at every velocity {without}"
     slowest, v_e = found.task.low[0], found.z[-2]
     how = (
         "pressing without speed"
@@ -97,5 +100,5 @@ def why_none(found: Infeasible) -> str:
     )
     if not math.isfinite(found.upper):
         share = 100 * found.without_peak
-        return f"none: with {how} {share:.2g} % of the draws have no first peak; raise the pretension"
+        return f"none: with {how}, in {share:.2g} % of the draws {without}"
     return f"none: {how} takes {found.upper:.4g} N already; lower the pretension"

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from acf_jax.contact.body import Body
+from acf_jax.contact.ended import Ended
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import RIG, ClosedForm
@@ -245,7 +246,8 @@ class Checker:
         limit = _lowest_limit(s, *limits_of(answer.area, s.contact))
 
         def keeps(time: float) -> bool:
-            (found,) = self.whole(np.array([*self.theta, s.v_e, s.f_p, *body, *Ending(stop_after=time)]))
+            ending = Ending(stop_after=time, travel=s.ending.travel)
+            (found,) = self.whole(np.array([*self.theta, s.v_e, s.f_p, *body, *ending]))
             return found.is_known and found.upper <= limit
 
         return latest_stop(keeps)
@@ -266,7 +268,7 @@ class Checker:
             return []
         within = "" if not found.exists else "within what its parameters and explanations leave open, "
         if s.ending.is_known:
-            return [f"{within}the force cannot be followed until the robot has stopped"]
+            return [f"{within}{Ended.no_peak}"]
         rises = "the force may keep rising" if found.exists else "the force keeps rising"
         return [f"{within}the model has no answer: {rises} without a first peak{self._too_stiff}"]
 

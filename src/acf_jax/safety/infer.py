@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.bound import Bounded, Interval, Law, bounded
-from acf_jax.contact.braking import stopping_time, stopping_travel
+from acf_jax.contact.braking import is_within_travel, stopping_time, stopping_travel
 from acf_jax.contact.ended import ended
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
@@ -92,7 +92,8 @@ def bound(model: ContactModel, confidence: float) -> Program:
             swinging = jnp.where(is_free, free, force_bound(rig, impact, time))
             swinging = jnp.where(jnp.isfinite(ending.deceleration), jnp.inf, swinging)
             above = jnp.stack([swinging, jnp.where(is_free, 0.0, carried_force(rig, impact, travel))])
-            return Interval(above, above, jnp.isfinite(above).all())
+            known = jnp.isfinite(above).all() & is_within_travel(ending, impact.v_e)
+            return Interval(above, above, known)
 
         return bounded(model, confidence, law)(z, body)
 
