@@ -8,12 +8,14 @@ from scipy.integrate import solve_ivp
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.braking import Braking, stopping_time, stopping_travel
+from acf_jax.contact.carried import carried_force
 from acf_jax.contact.ended import ended
 from acf_jax.contact.ending import OPEN, Ending, ending_faults
 from acf_jax.contact.model import forces
 from acf_jax.contact.peak import ClosedForm, Simulated
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.contact.stop import ending_conflict, latest_stop, stop_of, stop_words
+from acf_jax.inference.forward import unpack
 from acf_jax.model import Impact, Rig
 from tests.corrected import gap_model
 
@@ -178,6 +180,32 @@ def test_a_stroke_that_ends_first_and_a_robot_that_brakes_twice_are_conflicts() 
     braking = of_diagnosis(gap_model(("robot_deceleration",), (5.0, 0.0, 1e-3)))
     assert "brakes the robot itself" in ending_conflict(braking, Ending(reaction=0.1, deceleration=2.0), 0.4)
     assert not ending_conflict(braking, Ending(stop_after=0.02), 0.4)
+
+
+@pytest.mark.parametrize(
+    "effect, values, moving, resting",
+    [
+        (None, (), 0.0, 0.0),
+        ("gravity", (-30.0,), 30.0, 30.0),
+        ("gravity", (30.0,), 0.0, 0.0),  # what would take from the force does not count
+        ("pretension_error", (0.25, 0.0, 3.0), 15.0, 15.0),
+        ("pretension_error", (-0.4, 0.0, 3.0), 0.0, 0.0),  # the rest of the 60 N comes late
+        ("coulomb_friction", (20.0, 0.1, 1e-3), 26.0, 0.0),
+        ("force_regulation", (50.0, 200.0), 0.0, 0.0),
+        ("end_stop", (1.0, 1.0), 0.0, 0.0),  # what the stop held, the actuator presses with
+        ("pad_mass", (0.5, 300.0, 0.1), 0.0, 0.0),
+    ],
+)
+def test_what_is_carried_along_and_what_stays(
+    effect: str | None, values: tuple[float, ...], moving: float, resting: float
+) -> None:
+    effects = () if effect is None else (effect,)
+    law = Simulated(effects, np.inf)
+    z = np.array([*RIG.values(), *values, 0.4, 60.0])
+    rig, built = unpack(effects, z[:-2])
+    carried = carried_force(rig, Impact(z[-2], z[-1]), built, 0.01, 0.4)
+    assert float(carried) == pytest.approx(60 + 3000 * 0.01 + 20 * 0.4 + moving)
+    assert float(law.at_rest(z, 0.01)) == pytest.approx(60 + 3000 * 0.01 + resting)
 
 
 def test_the_latest_stop_is_on_the_right_side() -> None:

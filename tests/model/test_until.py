@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from acf_jax.model import Impact, Rig, contact_force, find_peak
-from acf_jax.model.until import carried_force, force_bound, free_body_bound, largest_force_until
+from acf_jax.model.until import force_bound, free_body_bound, largest_force_until
 
 POINTS = 20_001
 SOFT = Rig(m=0.5357, d=0.714, k_f=9487.0, k_c=1 / (1 / 126122.0 + 1 / 50e3)), Impact(0.98, 8.2)
@@ -79,9 +79,8 @@ def test_derivatives_are_those_of_finite_differences() -> None:
         assert float(slope) == pytest.approx(float(up - down) / (2 * h), rel=1e-6)
 
 
-def test_what_is_carried_and_what_a_free_body_brings() -> None:
+def test_what_a_free_body_brings() -> None:
     rig, impact = SOFT
-    assert float(carried_force(rig, impact, jnp.asarray(0.01))) == pytest.approx(8.2 + 94.87 + 0.714 * 0.98)
     assert float(free_body_bound(rig, impact, 0.6)) == pytest.approx(
         np.sqrt(8.2**2 + float(rig.k_c) * 0.6 * 0.98**2)
     )

@@ -50,7 +50,7 @@ def test_verdicts_on_either_side_of_the_limit_and_between(checker: Checker) -> N
 def test_a_bound_that_comes_with_the_surrogate_is_that_asked_alone(checker: Checker) -> None:
     x = np.array([*checker.theta, 0.2, 60.0, 4e-5, 0.0, *STOP])
     assert checker.quick is not None and checker.bound is not None
-    (_, along), (alone,) = checker.quick(x), checker.bound(x)
+    (*_, along), (alone,) = checker.quick(x), checker.bound(x)
     assert along.is_known and along == pytest.approx(alone)
 
 
@@ -199,6 +199,20 @@ def test_a_pretension_above_the_lasting_limit_is_not_decidable(checker: Checker)
     over = checker(situation("Palm (dominant side)", v=0.2, f=290.0, contact_area=1.0))
     assert over.verdict == "not allowed" and "force" in over.reasons[0]
     assert over.pressure_verdict == "not decidable"  # 297 of 520 N/cm^2, but 290 of 260 N/cm^2 stay
+
+
+@pytest.mark.parametrize("effect, values", [("gravity", (-30.0,)), ("pretension_error", (0.25, 0.0, 3.0))])
+def test_what_a_corrected_model_presses_with_counts_when_the_impact_is_over(
+    effect: str, values: tuple[float, ...]
+) -> None:
+    checker = Checker(
+        of_diagnosis(gap_model((effect,), values).model_copy(update={"f_p_range": (50.0, 150.0)}))
+    )
+    palm = situation("Palm (dominant side)", v=0.05, f=125.0, ending=STOP)
+    for contact in ("transient", "quasi_static"):
+        answer = checker.judge(palm._replace(contact=contact))
+        assert answer.verdict != "allowed" and "limit of 140 N" in answer.reasons[0]
+        assert checker.judge(palm._replace(contact=contact, f_p=90.0)).verdict == "allowed"
 
 
 @pytest.mark.parametrize(

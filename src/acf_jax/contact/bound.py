@@ -60,7 +60,10 @@ def exact(peak: AbstractPeak) -> Law:
 
 
 def bounded(
-    model: ContactModel, confidence: float, main: Law | None = None
+    model: ContactModel,
+    confidence: float,
+    main: Law | None = None,
+    law_of: Callable[[AbstractPeak], Law] = exact,
 ) -> Callable[[Float[Array, " p"], Body], Bounded]:
     """The function (z, body) -> `Bounded`, for use inside `jax.jit`.
 
@@ -77,10 +80,11 @@ def bounded(
 
         sum_i w_i sum_b Phi((F_ib - F)/sigma_ib) <= 1 - confidence.
 
-    **Arguments:** `main`: a law in place of the main explanation's own, for example a surrogate's.
+    **Arguments:** `main`: a law in place of the main explanation's own, for example a surrogate's. `law_of`: the law
+    of each explanation, by default its peak.
     """
     factor = float(norm.ppf(confidence))
-    laws = (main or exact(model.main.peak), *(exact(v.peak) for v in model.others))
+    laws = (main or law_of(model.main.peak), *(law_of(v.peak) for v in model.others))
     reach = max(factor, 1.0)
     displacements = [_displacements(model, v, reach) for v in model.variants]
     least = [np.r_[v.low, 0.0, 0.0] for v in model.variants]

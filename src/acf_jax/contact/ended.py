@@ -7,7 +7,7 @@ from acf_jax.contact.body import Body
 from acf_jax.contact.braking import is_within_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel, Variant
-from acf_jax.contact.peak import AbstractPeak, Branches, ContactPeak
+from acf_jax.contact.peak import AbstractPeak, Branches, ContactPeak, Scalar
 
 
 class Ended(AbstractPeak):
@@ -36,6 +36,9 @@ class Ended(AbstractPeak):
     def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
         found = self.law.until(z, body, ending)
         return found._replace(exists=found.exists & is_within_travel(ending, z[-2]))
+
+    def at_rest(self, z: Float[Array, " p"], x: Scalar | float) -> Scalar:
+        return self.law.at_rest(z, x)
 
     def credits_stiffness(self) -> bool:
         return self.law.credits_stiffness()

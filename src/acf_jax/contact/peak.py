@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import Body, reduced_mass, series_stiffness
 from acf_jax.contact.braking import stopping_time, stopping_travel
+from acf_jax.contact.carried import carried_force
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.followed import force_until_rest
 from acf_jax.contact.recoil import Recoil
@@ -18,7 +19,7 @@ from acf_jax.effects import AbstractEffect
 from acf_jax.inference.forward import SAMPLES, STEP_PER_RADIAN, unpack
 from acf_jax.inference.parameters import component_of, parameters
 from acf_jax.model import Impact, Rig, find_peak
-from acf_jax.model.until import carried_force, largest_force_until
+from acf_jax.model.until import largest_force_until
 from acf_jax.predict import LONGEST
 from acf_jax.simulator import LargestForce, largest_force
 from acf_jax.simulator.peak import Force
@@ -62,6 +63,10 @@ class AbstractPeak(eqx.Module):
         """What this law's force is the largest of; one alone but where a subclass says otherwise."""
         peak = self(z, body)
         return Branches(peak.force[None], peak.exists)
+
+    def at_rest(self, z: Float[Array, " p"], x: Scalar | float) -> Scalar:
+        """The contact force that stays where robot and flange have come to rest, the flange compressed by x, N."""
+        return carried_force(Rig(*z[:4]), Impact(z[-2], z[-1]), (), x, 0.0)
 
     def original(self) -> "AbstractPeak":
         """The law that a surrogate stands for; of any other law itself."""
@@ -164,6 +169,10 @@ class Simulated(AbstractPeak):
         stated = without.through(jnp.concatenate([z[jnp.array(places)], z[-2:]]), body, ending, 0.0)
         return Branches(jnp.maximum(found.force, stated.force), found.exists & stated.exists)
 
+    def at_rest(self, z: Float[Array, " p"], x: Scalar | float) -> Scalar:
+        rig, effects = unpack(self.effects, z[:-2], self.reach)
+        return carried_force(rig, Impact(z[-2], z[-1]), effects, x, 0.0)
+
     def through(self, z: Float[Array, " p"], body: Body, ending: Ending, pull: Scalar | float) -> Branches:
         """The largest force until robot and flange are at rest; `pull` as for `force_until_rest`.
 
@@ -176,7 +185,7 @@ class Simulated(AbstractPeak):
         )
         travelled = jnp.where(impact.v_e > 0, stopping_travel(ending, impact.v_e), 0.0)
         is_clamped = jnp.asarray(body.mobility) == 0
-        carried = jnp.where(is_clamped, carried_force(rig, impact, travelled), 0.0)
+        carried = jnp.where(is_clamped, carried_force(rig, impact, effects, travelled, impact.v_e), 0.0)
         return Branches(jnp.stack([force, carried]), is_known)
 
     def _against(
@@ -211,6 +220,9 @@ class Trained(AbstractPeak):
 
     def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
         return self.law.until(z, body, ending)
+
+    def at_rest(self, z: Float[Array, " p"], x: Scalar | float) -> Scalar:
+        return self.law.at_rest(z, x)
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         found = self.surrogate.predict(self.sample(z, body))

@@ -86,16 +86,6 @@ def largest_force_until(rig: Rig, impact: Impact, t: Scalar) -> Scalar:
     return largest
 
 
-def carried_force(rig: Rig, impact: Impact, travel: Scalar) -> Scalar:
-    """F_P + k_F v t + d v, N: what a flange that has gone along with the robot for v t presses with.
-
-    Eq. (1) knows F_P as the contact's preload only; the actuator presses with it as long as the contact lasts.
-    **Arguments:** `travel`: v t, m.
-    """
-    spring = jnp.where(rig.k_f > 0, rig.k_f * travel, 0.0)
-    return impact.f_p + spring + rig.d * impact.v_e
-
-
 def force_bound(rig: Rig, impact: Impact, t: Scalar) -> Scalar:
     """A force that the contact does not exceed within [0, t], whether it is lost and hits again or holds and pulls.
 

@@ -37,7 +37,7 @@ def text(answer: "Answer", checker: "Checker", limits: "Limits") -> str:
                 f" {checker.confidence:g}; limit {a.force_limit:g} N"
             )
         if a.lasting is not None:
-            lines.append(f"  lasting  {a.lasting:.1f} N expected once the robot has stopped, F_P + k_F x")
+            lines.append(f"  lasting  {a.lasting:.1f} N expected once the robot has stopped")
         lines.append(f"  pressure {_pressure(a)}")
         until = "" if s.ending.is_known else ", however long it lasts"
         highest = highest_said(*checker.highest_speed(s))

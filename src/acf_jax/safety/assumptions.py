@@ -55,7 +55,7 @@ def assumptions(model: ContactModel, s: Situation, area: BodyArea, confidence: f
     else:
         found.append(
             "the body is clamped; the whole force, its first peak included, is held against the lasting limit, and so"
-            " is F_P + k_F x once the robot has stopped"
+            " is the force that stays once the robot has stopped"
         )
     found.append(_end(s))
     if s.contact_area:

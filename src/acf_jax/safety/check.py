@@ -6,26 +6,36 @@ from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.stats import norm
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.ended import Ended
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
-from acf_jax.contact.peak import RIG, ClosedForm
+from acf_jax.contact.peak import ClosedForm
 from acf_jax.contact.read import by_surrogate
 from acf_jax.contact.stop import LONGEST, Stop, ending_conflict, latest_stop, stop_of, stop_words
 from acf_jax.designs.boundary import first_failure
 from acf_jax.predict import LONGEST as LONGEST_TRACE
 from acf_jax.safety import standard
 from acf_jax.safety.assumptions import cautions
-from acf_jax.safety.infer import Inferred, Way, bound, compiled, exact_peak, quick_peak, trained_peak, whole
+from acf_jax.safety.infer import (
+    Inferred,
+    Way,
+    at_rest,
+    bound,
+    compiled,
+    exact_peak,
+    quick_peak,
+    trained_peak,
+    whole,
+)
 from acf_jax.safety.limits import BodyArea, body_of, limits_of
 from acf_jax.safety.situation import CONFIDENCE, Situation, situation_faults
 from acf_jax.surrogate import CorrectedSurrogate, Surrogate
 
 Verdict = Literal["allowed", "not allowed", "not decidable"]
 SEVERITY: dict[Verdict, int] = {"allowed": 0, "not decidable": 1, "not allowed": 2}
+STAYS = "at rest"  # the force once robot and flange have stopped, beside those that a verdict is decided by
 NEAR = 1e-3  # of the limit: nearer to it the exact model decides
 OPEN_END = (
     "it is not stated how the contact ends, and the force can pass the limit as long as the robot goes on"
@@ -50,7 +60,7 @@ class Answer(NamedTuple):
         None  # N, expected until the contact has ended; where that is open, of its first peak
     )
     upper: float | None = None  # N, not exceeded with the stated confidence
-    lasting: float | None = None  # N, F_P + k_F x of a clamped contact once the robot has stopped
+    lasting: float | None = None  # N, expected of a clamped contact once the robot has stopped
     force_limit: float | None = None  # N
     pressure: float | None = None  # N/cm^2, upper force over the area
     pressure_limit: float | None = None  # N/cm^2
@@ -94,19 +104,19 @@ class Checker:
         self.model = model
         # taken out once: each look into a module costs microseconds, which a check counts
         self.theta, self.tried = tuple(np.asarray(model.main.theta).tolist()), model.tried
-        self.verdict, self.k_f = model.verdict, float(model.main.theta[RIG.index("k_f")])
+        self.verdict = model.verdict
         self.confidence = confidence
-        self.lasting = 1 + float(norm.ppf(confidence)) * float(model.relative[-1])
-        self.exact = compiled(exact_peak(model, confidence), is_simulated=model.is_simulated)
+        stays = at_rest(model, confidence)
+        self.exact = compiled(exact_peak(model, confidence), stays, is_simulated=model.is_simulated)
         self.whole = compiled(whole(model, confidence), is_simulated=True)
         has_closed_form = isinstance(model.main.peak, ClosedForm)
         self.bound = compiled(bound(model, confidence)) if has_closed_form else None
         self.quick: Way | None = None
         if isinstance(surrogate, CorrectedSurrogate):
             trained = by_surrogate(model, surrogate)
-            self.quick = compiled(trained_peak(trained, confidence), is_simulated=trained.is_simulated)
+            self.quick = compiled(trained_peak(trained, confidence), stays, is_simulated=trained.is_simulated)
         elif surrogate is not None and has_closed_form:
-            self.quick = compiled(quick_peak(model, confidence, surrogate), bound(model, confidence))
+            self.quick = compiled(quick_peak(model, confidence, surrogate), stays, bound(model, confidence))
         self.exact_name = "exact model" if has_closed_form else "simulation"
         self.cautions = cautions(model)
 
@@ -160,9 +170,11 @@ class Checker:
     def _of_area(self, s: Situation, area: BodyArea, known: dict[tuple[Body, str], Inferred]) -> Answer:
         force_limit, pressure_limit = limits_of(area, s.contact)
         lowest = _lowest_limit(s, force_limit, pressure_limit)
-        found, way = self._infer(s, body_of(area, s.contact), lowest, known)
+        body = body_of(area, s.contact)
+        found, way = self._infer(s, body, lowest, known)
+        stays = known[body, STAYS]
         if not s.ending.is_known and found.exists and found.upper <= lowest:
-            later = self._bound(s, body_of(area, s.contact), known)
+            later = self._bound(s, body, known)
             is_open = later > lowest
             found = found if is_open else found._replace(upper=max(found.upper, later))
         else:
@@ -175,10 +187,12 @@ class Checker:
             if pressure is not None and pressure_limit is not None:
                 of_pressure = verdict
         else:
-            judged = [self._judge(s, found, "force", "N", 1.0, force_limit, area.force)]
+            judged = [self._judge(s, found, stays, "force", "N", 1.0, force_limit, area.force)]
             if s.contact_area and pressure_limit is not None:
                 lasting, share = area.pressure or 0.0, 1 / s.contact_area
-                judged.append(self._judge(s, found, "pressure", "N/cm^2", share, pressure_limit, lasting))
+                judged.append(
+                    self._judge(s, found, stays, "pressure", "N/cm^2", share, pressure_limit, lasting)
+                )
                 of_pressure = judged[-1][0]
             if is_open:
                 judged.append(("not decidable", [OPEN_END]))
@@ -189,9 +203,8 @@ class Checker:
         stop = stop_of(s.ending, s.v_e)
         late = LATE if LONGEST_TRACE < stop.time < np.inf else ""
         cautions = (*self.cautions, *filter(None, (area.caution, faster, late)))
-        lasting_force = None
-        if s.contact == "quasi_static" and stop.travel < np.inf:
-            lasting_force = s.f_p + self.k_f * stop.travel
+        is_pressed = s.contact == "quasi_static" and stop.travel < np.inf
+        lasting_force = stays.force if is_pressed else None
         return Answer(
             s, area, verdict, tuple(reasons), way, cautions, force, above, lasting_force, force_limit, pressure,
             pressure_limit, of_pressure, speed,
@@ -227,11 +240,11 @@ class Checker:
         self, s: Situation, body: Body, limit: float, known: dict[tuple[Body, str], Inferred]
     ) -> tuple[Inferred, str]:
         if self.quick is not None:
-            found = self._ask(self.quick, ["surrogate", "bound"], s, body, known)
+            found = self._ask(self.quick, ["surrogate", STAYS, "bound"], s, body, known)
             near = found.lower <= limit * (1 + NEAR) and found.upper >= limit * (1 - NEAR)
             if found.is_known and not near:
                 return found, "surrogate"
-        return self._ask(self.exact, [self.exact_name], s, body, known), self.exact_name
+        return self._ask(self.exact, [self.exact_name, STAYS], s, body, known), self.exact_name
 
     def _bound(self, s: Situation, body: Body, known: dict[tuple[Body, str], Inferred]) -> float:
         """What the force does not exceed until the contact has ended, N; infinite where no bound is known."""
@@ -280,6 +293,7 @@ class Checker:
         self,
         s: Situation,
         found: Inferred,
+        stays: Inferred,
         what: str,
         unit: str,
         share: float,
@@ -287,7 +301,7 @@ class Checker:
         lasting_limit: float,
     ) -> tuple[Verdict, list[str]]:
         """The verdict on the force, or on the pressure as a share of it, by itself."""
-        lower, upper, lasting = found.lower * share, found.upper * share, s.f_p * self.lasting * share
+        lower, upper, lasting = found.lower * share, found.upper * share, stays.upper * share
         if lower > limit:
             return "not allowed", [
                 f"{what} {lower:.4g} {unit} expected, above the limit of {limit:.4g} {unit}"
@@ -300,8 +314,8 @@ class Checker:
             )
         if s.contact == "transient" and lasting > lasting_limit:
             open_.append(
-                f"the pretension stays when the impact is over: {what} of up to {lasting:.4g} {unit}, above the lasting"
-                f" limit of {lasting_limit:.4g} {unit}; check quasi_static, or lower it"
+                f"the flange goes on pressing when the impact is over: {what} of up to {lasting:.4g} {unit}, above the"
+                f" lasting limit of {lasting_limit:.4g} {unit}; check quasi_static, or lower the pretension"
             )
         if open_:
             return "not decidable", open_

@@ -11,12 +11,13 @@ from jaxtyping import Array, Float
 from acf_jax.contact.body import Body
 from acf_jax.contact.bound import Bounded, Interval, Law, bounded
 from acf_jax.contact.braking import is_within_travel, stopping_time, stopping_travel
+from acf_jax.contact.carried import carried_force
 from acf_jax.contact.ended import ended
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
-from acf_jax.contact.peak import ClosedForm, Trained, coupled
+from acf_jax.contact.peak import AbstractPeak, ClosedForm, Trained, coupled
 from acf_jax.kept import quick_options
-from acf_jax.model.until import carried_force, force_bound, free_body_bound
+from acf_jax.model.until import force_bound, free_body_bound
 from acf_jax.safety.certificate import certified_peak
 from acf_jax.surrogate import Surrogate
 
@@ -91,11 +92,30 @@ def bound(model: ContactModel, confidence: float) -> Program:
             free = free_body_bound(rig, impact, 1 / jnp.where(is_free, body.mobility, 1.0))
             swinging = jnp.where(is_free, free, force_bound(rig, impact, time))
             swinging = jnp.where(jnp.isfinite(ending.deceleration), jnp.inf, swinging)
-            above = jnp.stack([swinging, jnp.where(is_free, 0.0, carried_force(rig, impact, travel))])
+            carried = carried_force(rig, impact, (), travel, impact.v_e)
+            above = jnp.stack([swinging, jnp.where(is_free, 0.0, carried)])
             known = jnp.isfinite(above).all() & is_within_travel(ending, impact.v_e)
             return Interval(above, above, known)
 
         return bounded(model, confidence, law)(z, body)
+
+    return _joined(found)
+
+
+def at_rest(model: ContactModel, confidence: float) -> Program:
+    """The force that stays: of a clamped body with the robot where it has stopped, of one that can withdraw without."""
+
+    def found(z: Float[Array, " p"], body: Body, ending: Ending) -> Bounded:
+        def law_of(peak: AbstractPeak) -> Law:
+            def law(z: Float[Array, " p"], body: Body) -> Interval:
+                travel = stopping_travel(ending, z[-2])
+                is_pressed = (body.mobility == 0) & jnp.isfinite(travel)
+                force = peak.at_rest(z, jnp.where(is_pressed, travel, 0.0))[None]
+                return Interval(force, force, jnp.asarray(True))
+
+            return law
+
+        return bounded(model, confidence, law_of=law_of)(z, body)
 
     return _joined(found)
 
