@@ -88,9 +88,15 @@ def test_the_design_is_that_of_the_command(capsys, tmp_path):
     assert found.document() | {"model": ""} == said | {"model": ""}
     assert "<table>" in found._repr_html_() and any(trace.type == "contour" for trace in found.plot().data)
     none = model.design(70.0, v_e=(0.05, 0.5), f_p=(80.0, 120.0))
-    assert (
-        not none.is_feasible and "Not feasible" in repr(none) and "limit that would do" in none._repr_html_()
-    )
+    assert not none.is_feasible and "Not feasible" in repr(none)
+    assert "raise limit from 70 to 80.01 N" in none._repr_html_()
+
+
+def test_a_design_in_a_notebook_rounds_no_speed_up_and_states_the_stop():
+    found = acf.design(acf.Rig(m=4.0, d=0.0, k_f=0.0, k_c=175561.0), limit=260.0, v_e=(0.05, 0.5), f_p=100.0)
+    assert 0.28635 < found.values["v_e"] < 0.2864  # sqrt(260^2 - 100^2)/838
+    html = found._repr_html_().replace("\xa0", " ")
+    assert "0.2863 m/s" in html and "the robot need not stop within 1 s" in html
 
 
 def test_forces_of_a_diagnosis_are_predictions(of_diagnosis):

@@ -14,7 +14,15 @@ from acf_jax.designs.config import Goal, make_question
 from acf_jax.designs.remedy import Infeasible
 from acf_jax.errors import InputError
 from acf_jax.report.design_plot import design_figure
-from acf_jax.report.design_text import document, explanation, none_document, text
+from acf_jax.report.design_text import (
+    document,
+    explanation,
+    none_document,
+    remedies_said,
+    stop_said,
+    text,
+    values_said,
+)
 from acf_jax.report.markup import bullets, element, join, table
 
 Quantity = float | tuple[float, float]  # a number is given, a range (low, high) is free
@@ -65,17 +73,19 @@ class Design:
 
     def _repr_html_(self) -> str:
         task = self.found.task
-        unit = dict(zip(task.model.names, task.model.units, strict=True))
-        rows: list[tuple[str, str]] = [(name, f"{x:.4g} {unit[name]}") for name, x in self.values.items()]
-        rows += [
+        rows = [
+            *values_said(self.found),
             ("peak contact force, expected", f"{self.force:.1f} N"),
             (f"not exceeded with a probability of {task.probability:g}", f"{self.upper:.1f} N"),
             ("limit", f"{task.limit:g} N"),
         ]
         if isinstance(self.found, Infeasible):
-            rows += [(f"{r.name} that would do", f"{r.needed:.4g} {r.unit}") for r in self.found.remedies]
+            rows += [("any one of these would do", line) for line in remedies_said(self.found)]
+            said = []
+        else:
+            said = [stop_said(self.found), *self.notes]
         head = repr(self).splitlines()[0].rstrip(":")
-        return join([table(head, ("", "Value"), rows), bullets(self.notes) if self.notes else element("p")])
+        return join([table(head, ("", "Value"), rows), bullets(said) if said else element("p")])
 
 
 def design(

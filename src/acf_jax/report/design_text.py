@@ -24,20 +24,13 @@ def text(found: "Design") -> str:
     """What a person reads of a design."""
     task, model = found.task, found.task.model
     lines = [f"{GOALS[task.goal]} within {task.limit:g} N:"]
-    for i, low, high in zip(task.free, task.low, task.high, strict=True):
-        value = found.z[i]
-        end = (
-            " (low end of its range)" if value == low else " (high end of its range)" if value == high else ""
-        )
-        is_goal = task.coordinate is not None and task.free[task.coordinate] == i
-        shown = _down(value) if is_goal and not end else _round(value)
-        lines.append(f"  {model.names[i]:8} {shown} {model.units[i]}{end}")
+    lines += [f"  {name:8} {value}" for name, value in values_said(found)]
     lines += [
         f"peak contact force: {found.force:.1f} N expected, {found.upper:.1f} N not exceeded with a probability of"
         f" {task.probability:g}",
         f"  ({found.probability:.4f} of {found.draws:,} fresh draws hold the limit)",
     ]
-    lines.append(_stop(found))
+    lines.append(stop_said(found))
     if found.goal_per_newton is not None:
         name = "v_e" if task.goal == "fastest" else "f_p"
         unit = model.units[model.names.index(name)]
@@ -53,7 +46,21 @@ def text(found: "Design") -> str:
     return "\n".join(lines)
 
 
-def _stop(found: "Design") -> str:
+def values_said(found: "Design | Infeasible") -> list[tuple[str, str]]:
+    """What was free, with its value and unit; the goal is not rounded up."""
+    task, said = found.task, []
+    for i, low, high in zip(task.free, task.low, task.high, strict=True):
+        value = found.z[i]
+        end = (
+            " (low end of its range)" if value == low else " (high end of its range)" if value == high else ""
+        )
+        is_goal = task.coordinate is not None and task.free[task.coordinate] == i
+        shown = _down(value) if is_goal and not end else _round(value)
+        said.append((task.model.names[i], f"{shown} {task.model.units[i]}{end}"))
+    return said
+
+
+def stop_said(found: "Design") -> str:
     """The stop that the answer takes for granted."""
     if found.stop is None:
         return "the force goes on rising from its first peak: no stop of the robot is soon enough"
@@ -126,10 +133,17 @@ def explanation(found: "Infeasible") -> str:
         f"  None of {found.scanned:,} points over the ranges is allowed either.",
         "Any one of these would do there:" if found.remedies else "No single change would do.",
     ]
+    lines += [f"  {line}" for line in remedies_said(found)]
+    return "\n".join(lines)
+
+
+def remedies_said(found: "Infeasible") -> list[str]:
+    """Each change that alone would do, rounded to the safe side."""
+    said = []
     for r in found.remedies:
         way, value = ("raise", _up(r.needed)) if r.needed > r.now else ("lower", _down(r.needed))
-        lines.append(f"  {way} {r.name} from {_round(r.now)} to {value} {r.unit}")
-    return "\n".join(lines)
+        said.append(f"{way} {r.name} from {_round(r.now)} to {value} {r.unit}")
+    return said
 
 
 def _asked(task: "Task", feasible: bool) -> dict[str, Any]:
