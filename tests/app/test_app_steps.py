@@ -1,6 +1,7 @@
 """What the pages write, the commands read, and the other way round; two tabs do not corrupt one another."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -200,6 +201,11 @@ def test_a_data_set_is_copied_and_its_faults_are_told(app: Served, tmp_path: Pat
     answer = app.post("/open", {"place": "0", "path": "a data set"})
     assert answer.status == 303 and answer.headers["location"] == "/s/0/a%20data%20set%202/diagnose"
     copied = app.home / "a data set 2/data"
+    described, url = copied / "dataset.yaml", "/s/0/a%20data%20set%202/rig"
+    for given, known in ({"noise": "1.2", "tool": "1.3"}, 2), ({}, 0):
+        assert app.post(url, RIG | given | {"version": version(app, url)}).status == 303
+        measurement = read_rig_file(described).measurement
+        assert len({"force_noise_std_n", "tool_mass_kg"} & set(measurement)) == known
     assert (copied / "trials.csv").read_bytes() == (EXAMPLES / "rig/trials.csv").read_bytes()
     assert len(list((copied / "traces").iterdir())) == 16 and not (copied / "secret.txt").exists()
     (app.home / "a data set/trials.csv").write_text("trial\n")
@@ -223,6 +229,16 @@ def test_plan_asks_before_any_data(app: Served) -> None:
     jobs.cancel(app.home / "before")
     wait(app, url)
     assert 'id="speeds" name="speeds" value="2"' in app.get(f"{url}/plan").text
+
+
+def test_a_session_whose_name_is_quoted_keeps_it_in_a_query(app: Served) -> None:
+    folder = app.home / "a+b"
+    folder.mkdir()
+    (folder / "some.csv").write_text("time_s,force_n\n0,0\n1,2\n")
+    (folder / "session.yaml").write_text("schema: acf-session/1\nrecording: some.csv\n")
+    page = app.get("/s/0/a+b/open").text
+    (link,) = re.findall(r'href="(/browse/0/\?session=[^"]*)"', page)
+    assert 'name="session" value="0/a+b"' in app.get(link).text
 
 
 def test_steps_that_come_too_early_say_what_is_first(app: Served) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from starlette.responses import Response
 
@@ -172,7 +173,9 @@ def _other(session: Session) -> Html:
         element(
             "p",
             element(
-                "a", "Choose it on this machine", href=f"/browse/0/?session={session.place}/{session.name}"
+                "a",
+                "Choose it on this machine",
+                href=f"/browse/0/?session={session.place}/{quote(session.name)}",
             ),
         ),
         form(f"{session.url}/without-robot", button("Take it out")) if session.about.robot else None,

@@ -176,6 +176,7 @@ def description_with(session: Session, text: str) -> str:
         write_text(path, text)
         new = read_yaml_mapping(path)
     measurement = _not_asked(content) | (new.get("measurement") or {})
+    content.pop("measurement", None)
     return yaml_text(content | {"rig": new["rig"]} | ({"measurement": measurement} if measurement else {}))
 
 
