@@ -62,6 +62,15 @@ def test_a_cause_that_changed_is_found(tmp_path: Path) -> None:
     assert read_fleet(tmp_path / "fleets" / third).missing == ("south",)
 
 
+def test_a_comparison_names_the_data_that_were_diagnosed(tmp_path: Path) -> None:
+    diagnosed(tmp_path, "north", "end_stop")
+    shutil.copytree(EXAMPLES / "rig", tmp_path / "north/data")  # as they are now
+    path = tmp_path / "north/diagnosis/diagnosis.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"data_sha256": "as it was"}))
+    label = fleets.compare(tmp_path, sessions(tmp_path), [])
+    assert read_fleet(tmp_path / "fleets" / label).rigs[0].data == "as it was"
+
+
 def test_what_cannot_be_compared_is_told_and_leaves_nothing(tmp_path: Path) -> None:
     diagnosed(tmp_path, "north", "end_stop")
     with pytest.raises(InputError, match="no session is chosen"):

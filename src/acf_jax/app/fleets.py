@@ -1,18 +1,16 @@
 """Step 7, Fleet: the diagnoses of several sessions as `fleet` writes them, so that its --since reads them, too."""
 
-import json
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from acf_jax.app.sessions import DATA, DIAGNOSIS, Session
+from acf_jax.app.sessions import DIAGNOSIS, Session
 from acf_jax.errors import InputError
-from acf_jax.files import read_json_mapping, write_text
+from acf_jax.files import read_json_mapping
 from acf_jax.folders import write_folder
 from acf_jax.provenance import Origin
 
 FOLDER = "fleets"  # in the first chosen folder
-WRITTEN = ("diagnosis.json", "model.json", "report.html")
 
 
 def earlier(home: Path) -> list[str]:
@@ -40,10 +38,9 @@ def compare(home: Path, sessions: Sequence[Session], since: Sequence[str]) -> st
 
     **Raises:** `InputError` for no session, sessions of one name, and a diagnosis that is damaged.
     """
-    from acf_jax.dataset import read_dataset
-    from acf_jax.fleet.changes import find_changes
-    from acf_jax.fleet.page import fleet_page
-    from acf_jax.fleet.record import FILE, Fleet, Rig, read_fleets, rig_of
+    from acf_jax.fleet.record import Rig, read_fleets, rig_of
+    from acf_jax.fleet.results import new_fleet, write_fleet
+    from acf_jax.fleet.run import WRITTEN
 
     if not sessions:
         raise InputError("no session is chosen; choose one at least")
@@ -59,19 +56,12 @@ def compare(home: Path, sessions: Sequence[Session], since: Sequence[str]) -> st
     for session in sessions:
         path = session.folder / DIAGNOSIS / "diagnosis.json"
         content = read_json_mapping(path, "diagnose again")
-        try:
-            digest = read_dataset(session.folder / DATA).digest
-        except InputError:
-            digest = session.version(f"{DIAGNOSIS}/diagnosis.json")  # of a folder without its data
+        # of the data that were diagnosed, which the session may not hold any more; an earlier version names none
+        digest = content.get("data_sha256") or session.version(f"{DIAGNOSIS}/diagnosis.json")
         try:
             rigs.append(rig_of(session.name, digest, content))
         except (AttributeError, LookupError, TypeError, ValueError):
             raise InputError(f"{path}: is damaged; diagnose again") from None
-    fleet = Fleet(label=label, finished=time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()), rigs=tuple(rigs))
-    changes, trends = find_changes([*runs, fleet])
-    missing = tuple(rig.rig for run in runs[-1:] for rig in run.rigs if rig.rig not in names)
-    compared = {"since": tuple(run.label for run in runs), "missing": missing, "changes": tuple(changes)}
-    fleet = fleet.model_copy(update=compared)
     out = home / FOLDER / label
     for session in sessions:
         made = session.folder / DIAGNOSIS
@@ -79,9 +69,7 @@ def compare(home: Path, sessions: Sequence[Session], since: Sequence[str]) -> st
             out / session.name, {n: (made / n).read_bytes() for n in WRITTEN if (made / n).is_file()}
         )
     origin = Origin("acf-jax app, a comparison", {rig.rig: rig.data for rig in rigs})
-    write_text(out / "index.html", fleet_page(fleet, trends, str(origin)))
-    origin.write(out)
-    write_text(out / FILE, json.dumps(fleet.model_dump(mode="json", by_alias=True), indent=1) + "\n")
+    write_fleet(out, new_fleet(label, rigs), runs, origin)
     return label
 
 

@@ -1,6 +1,5 @@
 """`python -m acf_jax fleet`: diagnose many rigs, and say what changed since last time."""
 
-import json
 from collections import Counter
 from functools import partial
 from pathlib import Path
@@ -59,10 +58,8 @@ def command(
     a rig whose data are unchanged is not diagnosed again. Ends with exit code 2 where a rig could not be diagnosed.
     """
     from acf_jax.errors import InputError, merged
-    from acf_jax.files import write_text
-    from acf_jax.fleet.changes import find_changes
-    from acf_jax.fleet.page import fleet_page
     from acf_jax.fleet.record import FILE, read_fleets
+    from acf_jax.fleet.results import PAGE, write_fleet
     from acf_jax.fleet.run import WRITTEN, run_fleet
     from acf_jax.provenance import FILE as ORIGIN
     from acf_jax.workers import Where
@@ -72,28 +69,20 @@ def command(
     if any(earlier.resolve() == out.resolve() for earlier in since):
         raise InputError(f"--since {out}: is the folder of --out; name another one for the new results")
     of_rigs = (path for name in WRITTEN for path in sorted(out.glob(f"*/{name}")))
-    if faults := foreign_files((out / FILE, out / "index.html", out / ORIGIN, *of_rigs), overwrite):
+    if faults := foreign_files((out / FILE, out / PAGE, out / ORIGIN, *of_rigs), overwrite):
         raise InputError(faults)
     earlier = read_fleets(since)  # faults are told before anything slow begins
 
     with resumable("the same command goes on where it was"), counts() as report:
         where = Where(scheduler, workers, say)
         fleet = run_fleet(folder, out, seed, where, partial(report, "diagnosing"))
-    changes, trends = find_changes([*earlier, fleet])
-    known = {rig.rig for rig in fleet.rigs}
-    missing = tuple(rig.rig for run in earlier[-1:] for rig in run.rigs if rig.rig not in known)
-    compared = {"since": tuple(run.label for run in earlier), "missing": missing, "changes": tuple(changes)}
-    fleet = fleet.model_copy(update=compared)
-    content = fleet.model_dump(mode="json", by_alias=True)
-    write_text(out / FILE, json.dumps(content, indent=1) + "\n")
     made = origin({str(folder / rig.rig): rig.data for rig in fleet.rigs if rig.data})
-    write_text(out / "index.html", fleet_page(fleet, trends, str(made)))
-    made.write(out)
+    fleet = write_fleet(out, fleet, earlier, made)
     if as_json:
-        echo_json(content)
+        echo_json(fleet.model_dump(mode="json", by_alias=True))
     else:
         click.echo(_in_words(fleet))
-        click.echo(f"{out / 'index.html'}: open it in a browser")
+        click.echo(f"{out / PAGE}: open it in a browser")
     if faults := merged((str(folder / rig.rig), rig.fault.splitlines()) for rig in fleet.rigs):
         raise InputError(faults)
 

@@ -2,7 +2,6 @@
 
 import json
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +11,7 @@ from acf_jax.dataset import GapDataset, data_sets, read_dataset
 from acf_jax.errors import InputError
 from acf_jax.files import read_json_mapping, read_text, write_text
 from acf_jax.fleet.record import Fleet, Rig, rig_of
+from acf_jax.fleet.results import new_fleet
 from acf_jax.folders import read_folder, write_folder
 from acf_jax.workers import Where, run_all
 
@@ -91,8 +91,7 @@ def run_fleet(
             write_text(out / name / SOURCE, sources[name].text)  # last: with it the diagnosis is whole
             rigs[name] = rig_of(name, sources[name].digest, json.loads(outcome[DIAGNOSIS]))
         told()
-    finished = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())
-    return Fleet(label=out.resolve().name, finished=finished, rigs=tuple(rigs[name] for name in names))
+    return new_fleet(out.resolve().name, [rigs[name] for name in names])
 
 
 class Source(NamedTuple):
