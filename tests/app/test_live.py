@@ -45,7 +45,7 @@ def test_a_velocity_is_stated_only_where_every_slower_one_keeps_the_limit(
 ) -> None:
     found, words = live._highest(V_E, np.array(upper, float), 140.0)
     assert found == highest and told in words
-    assert ("With 97.5 %" in words) == (highest is not None)
+    assert ("ask below" in words) == (highest is not None) and "%" not in words
 
 
 def test_what_lies_beyond_the_trials_is_told(diagnosis: Path) -> None:
@@ -63,7 +63,7 @@ def test_what_lies_beyond_the_trials_is_told(diagnosis: Path) -> None:
     for asked, told in (
         (Asked(0.5, 60.0, 1.0, 100.0), "v_e = 0.5 m/s lies outside the tried 0.05 to 0.35 m/s"),
         (Asked(0.2, 120.0, 1.0, 140.0), "f_p = 120 N lies outside the tried 50 to 90 N"),
-        (Asked(0.2, 60.0, 1.5, 100.0), "contact stiffness 1.5 times the fitted one was not tried"),
+        (Asked(0.2, 60.0, 1.5, 100.0), "k_c = "),
     ):
         found = curve(model, asked)
         assert any(told in note and "the model extrapolates" in note for note in found["notes"]), asked

@@ -158,3 +158,20 @@ def test_draws_keep_what_is_known_of_small_numbers_beside_large_ones() -> None:
     root = root_of(correlation * np.outer(scale, scale))
     assert root.shape == (3, 2)
     assert root[:2] @ root[:2].T / np.outer(scale[:2], scale[:2]) == pytest.approx(correlation[:2, :2])
+
+
+def test_a_parameter_far_from_the_fitted_one_is_an_extrapolation() -> None:
+    model = of_diagnosis(gap_model())
+    z = model.at(0.2, 60.0)
+    near, far = (
+        z * np.r_[1, 1, 1, 1.02, np.ones(3)],
+        z * np.r_[1, 1, 1, 0.5, 2.0, 1, 1],
+    )  # k_c is known to 1.25 %
+    assert model.notes(z) == model.notes(near) == []
+    assert model.notes(far) == [
+        "k_c = 4e+04 N/m was not tried, the trials' own is 8e+04: the model extrapolates",
+        "gravity.force_n = -16 N was not tried, the trials' own is -8: the model extrapolates",
+    ]
+    assert (
+        of_rig(RIG, STD, tried=model.tried).is_extrapolated(np.r_[2 * model.main.theta[:4], 0.2, 60.0]) == []
+    )

@@ -20,7 +20,6 @@ from acf_jax.api.source import source_of
 from acf_jax.app.current import surrogate_of
 from acf_jax.contact.body import WALL
 from acf_jax.contact.model import ContactModel, spread
-from acf_jax.contact.tried import REACH
 from acf_jax.errors import InputError
 from acf_jax.report.plot import series
 
@@ -28,7 +27,8 @@ POINTS = 61  # of the curve
 KEPT = 8  # models that stay loaded
 BEYOND = 1.5  # of the highest that was tried, that a slider reaches
 PROBABILITY = 0.975
-_FIRST = "With 97.5 % the first peak stays within the limit "
+_FIRST = "To first order the band stays within the limit "
+_ASK = "; ask below for a speed that holds with a probability, and until the robot has stopped."
 
 _LOCK = threading.Lock()
 _MODELS: dict[tuple[bytes, ...], Model] = {}
@@ -78,12 +78,11 @@ def spans(model: Model) -> dict[str, tuple[float, float, float]]:
 
 
 def curve(model: Model, asked: Asked) -> dict[str, Any]:
-    """Expected peak force over velocity with its band of 95 %, the point, and what both are worth.
+    """Expected peak force over velocity with its band of 95 % to first order, the point, and what both are worth.
 
     `beyond`: where the model extrapolates. `allowed`: which velocities keep the limit, in words.
     """
     law = model.source.model
-    tried = law.tried
     low, high, _ = spans(model)["v_e"]
     v_e = np.linspace(max(low, 1e-3), high, POINTS)
     z = np.tile(law.at(asked.v_e, asked.f_p), (POINTS + 1, 1))
@@ -93,18 +92,17 @@ def curve(model: Model, asked: Asked) -> dict[str, Any]:
     factor = float(norm.ppf(PROBABILITY))
     upper, under = force + factor * std, force - factor * std
     allowed, why = _highest(v_e, upper[:-1], asked.limit)
-    other = _other_stiffness(law, asked.stiffness)
-    notes = law.notes(z[-1], *([] if allowed is None else [law.at(allowed, asked.f_p)]))
+    named = [] if allowed is None else [np.r_[z[-1, :-2], allowed, asked.f_p]]
     return {
         "v_e": series(v_e),
         "force": series(force[:-1]),
         "upper": series(upper[:-1]),
         "lower": series(under[:-1]),
-        "beyond": [bool(other or (tried and tried.beyond(v, asked.f_p))) for v in v_e],
+        "beyond": [bool(law.is_extrapolated(one)) for one in z[:-1]],
         "at": {"force": _told(force[-1]), "std": _told(std[-1]), "upper": _told(upper[-1])},
         "none": law.main.peak.no_peak,
         "allowed": why,
-        "notes": [*notes, *other],
+        "notes": law.notes(z[-1], *named),
     }
 
 
@@ -117,26 +115,18 @@ def _highest(v_e: np.ndarray, upper: np.ndarray, limit: float) -> tuple[float | 
     broken = np.flatnonzero(~(upper[first:] <= limit))  # a force without a first peak keeps no limit
     if not broken.size:
         highest = _floored(v_e[-1])
-        return highest, _FIRST + f"at every velocity shown, up to {highest:.3f} m/s."
+        return highest, _FIRST + f"at every velocity shown, up to {highest:.3f} m/s" + _ASK
     if not broken[0]:
         return None, "No velocity shown keeps the first peak within the limit."
     ends = slice(first + broken[0] - 1, first + broken[0] + 1)
     known = np.isfinite(upper[ends]).all()
     highest = _floored(np.interp(limit, upper[ends], v_e[ends]) if known else v_e[ends][0])
-    return highest, _FIRST + f"up to about {highest:.3f} m/s."
+    return highest, _FIRST + f"up to about {highest:.3f} m/s" + _ASK
 
 
 def _floored(v_e: float) -> float:
     """As it is shown, mm/s; not rounded up."""
     return math.floor(1e3 * float(v_e) + 1e-6) / 1e3
-
-
-def _other_stiffness(law: ContactModel, share: float) -> list[str]:
-    """What to say of a contact stiffness that is not the fitted one, whose trials alone stand behind the model."""
-    std = float(np.sqrt(law.main.covariance[3, 3])) / float(law.main.theta[3])
-    if abs(share - 1.0) <= REACH * std:
-        return []
-    return [f"contact stiffness {share:g} times the fitted one was not tried: the model extrapolates"]
 
 
 @eqx.filter_jit

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.peak import RIG, AbstractPeak, Branches, ContactPeak
-from acf_jax.contact.tried import Tried
+from acf_jax.contact.tried import REACH, Tried
 from acf_jax.errors import TooLittleData
 from acf_jax.kept import compiled_quickly
 
@@ -103,8 +103,21 @@ class ContactModel(eqx.Module):
         )
 
     def is_extrapolated(self, z: np.ndarray) -> list[str]:
-        """What of v_E and F_P lies outside the tried range; nothing where no trials are known."""
-        return self.tried.beyond(float(z[-2]), float(z[-1])) if self.tried else []
+        """What of v_E and F_P lies outside the tried range, and what of the rest is not as trials fitted it.
+
+        Nothing where no trials are known.
+        """
+        if self.tried is None:
+            return []
+        found = self.tried.beyond(float(z[-2]), float(z[-1]))
+        if not self.main.covariance.any():  # of a rig's file: no fit
+            return found
+        fitted, std = self.main.theta, np.sqrt(np.diag(self.main.covariance))
+        far = np.flatnonzero(np.abs(z[:-2] - fitted) > REACH * std)
+        return found + [
+            f"{self.names[k]} = {z[k]:.4g} {self.units[k]} was not tried, the trials' own is {fitted[k]:.4g}"
+            for k in far
+        ]
 
     def notes(self, *points: np.ndarray) -> list[str]:
         """What takes from its answers at some z, each once: the diagnosis' verdict, and extrapolation."""

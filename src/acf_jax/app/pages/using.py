@@ -102,7 +102,8 @@ def _sliders(session: Session) -> Html:
         "yaxis": axis("peak contact force / N", rangemode="tozero", automargin=False),
     }
     caption = (
-        "The band holds 95 % between the trials: parameters, explanations and the form of the law, to first order."
+        "The band is 1.96 standard deviations wide either way, to first order: parameters, explanations and the form of"
+        " the law."
         " Dotted: beyond the trials, where the model extrapolates. Dashed: the limit."
     )
     figure = plot("peak", "Peak contact force", caption, [Variant("", [])], layout, 360)

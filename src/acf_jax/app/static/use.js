@@ -8,7 +8,7 @@ function show(found, where) {
   const at = found.at, tried = found.force.map((y, i) => (found.beyond[i] ? null : y));
   const drawn = put("peak", [
     { ...line, x, y: found.upper, line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
-    { ...line, x, y: found.lower, line: { width: 0 }, fill: "tonexty", fillcolor: "--band", name: "95 %", hoverinfo: "skip" },
+    { ...line, x, y: found.lower, line: { width: 0 }, fill: "tonexty", fillcolor: "--band", name: "band", hoverinfo: "skip" },
     { ...line, x, y: found.force, name: "extrapolated", line: { color: "--corrected", width: 2.5, dash: "dot" } },
     { ...line, x, y: tried, name: "expected", line: { color: "--corrected", width: 2.5 } },
     { ...line, x: [x[0], x.at(-1)], y: [where.limit, where.limit], name: "limit", line: { color: "--bad", dash: "dash", width: 2 } },
