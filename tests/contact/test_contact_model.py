@@ -6,7 +6,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from acf_jax.contact.body import WALL, Body
-from acf_jax.contact.model import draw_forces, forces, root_of, spread
+from acf_jax.contact.model import Variant, deviations, draw_forces, forces, root_of, spread
+from acf_jax.contact.peak import ClosedForm
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.effects import library
 from acf_jax.predict import predict
@@ -158,6 +159,19 @@ def test_draws_keep_what_is_known_of_small_numbers_beside_large_ones() -> None:
     root = root_of(correlation * np.outer(scale, scale))
     assert root.shape == (3, 2)
     assert root[:2] @ root[:2].T / np.outer(scale[:2], scale[:2]) == pytest.approx(correlation[:2, :2])
+
+
+def test_draws_at_a_bound_are_those_of_the_law_cut_off_there() -> None:
+    """Of two standard normal numbers with correlation r, the first of them above zero: |x| and r |x| + ..."""
+    r = 0.95
+    at_bound = Variant(
+        ClosedForm(), np.zeros(2), np.array([[1.0, r], [r, 1.0]]), np.array([0.0, -np.inf]), 1.0
+    )
+    x, y = deviations(at_bound, 100_000, np.random.default_rng(0)).T
+    assert x.min() >= 0 and x.mean() == pytest.approx(np.sqrt(2 / np.pi), rel=0.01)
+    assert y.mean() == pytest.approx(r * np.sqrt(2 / np.pi), rel=0.01)
+    assert y.std() == pytest.approx(np.sqrt(1 - r**2 * 2 / np.pi), rel=0.01)
+    assert (y - r * x).std() == pytest.approx(np.sqrt(1 - r**2), rel=0.01)
 
 
 def test_a_parameter_far_from_the_fitted_one_is_an_extrapolation() -> None:

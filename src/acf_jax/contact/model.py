@@ -15,6 +15,7 @@ from acf_jax.errors import TooLittleData
 from acf_jax.kept import compiled_quickly
 
 Scalar = Float[Array, ""]
+REDRAWN = 1000  # times, at most: where a hundredth of the draws is kept, e^{-10} of them is left
 ROUNDING = 1e-12  # share of the variance: a direction below it is certain
 
 
@@ -212,7 +213,8 @@ def draw_forces(
     **Arguments:** `z`: (p,), SI units. `body`: what is met. `draws`: how many. `seed`: of them.
 
     **Returns:** (draws,) forces in N and whether each has a peak; draws outside a surrogate's range are left to the
-    law that it stands for. A parameter that a draw would carry below its least value is put there.
+    law that it stands for. No parameter falls below its least value: those of the fit are drawn as `deviations` says,
+    what else would is put there.
     """
     random = np.random.default_rng(seed)
     weights = np.array([v.weight for v in model.variants])
@@ -222,14 +224,29 @@ def draw_forces(
         if not n:
             continue
         centre = np.asarray(z if v is model.main else beside(model.main, v, jnp.asarray(z)))
-        root = root_of(v.covariance)
         sample = np.tile(centre, (n, 1))
-        sample[:, :-2] += random.standard_normal((n, root.shape[1])) @ root.T
+        sample[:, :-2] += deviations(v, n, random)
         sample += random.standard_normal(sample.shape) * model.relative_of(v) * centre
         sample = np.maximum(sample, np.r_[v.low, 0.0, 0.0])
         found.append(original_forces(v.peak, sample, body))
     force, exists = map(np.concatenate, zip(*found, strict=True))
     return force * (1 + model.form_error * random.standard_normal(draws)), exists
+
+
+def deviations(v: Variant, draws: int, random: np.random.Generator) -> np.ndarray:
+    """Draws (draws, p) of the fit's normal law about its best values, cut off where a parameter would be too low.
+
+    A draw that is too low is drawn again as a whole. Putting the one parameter onto its bound would leave the others
+    where they compensate for a value that is not there, which widens the forces.
+    """
+    root, room = root_of(v.covariance), np.minimum(v.low - v.theta, 0.0) - ROUNDING * np.abs(v.theta)
+    found, again = np.zeros((draws, len(v.theta))), np.arange(draws)
+    for _ in range(REDRAWN):
+        found[again] = random.standard_normal((len(again), root.shape[1])) @ root.T
+        again = again[(found[again] < room).any(1)]
+        if not again.size:
+            break
+    return found
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:
