@@ -110,6 +110,9 @@ def test_nothing_is_allowed_by_extrapolation() -> None:
     untried = Checker(of_rig(RIG, {}))
     assert untried.highest_speed(situation("Palm (dominant side)"), up_to=0.4) == (0.4, "search")
     assert "range unknown" in untried(situation()).cautions[0]
+    soft = {"m": 0.6, "d": 5.0, "k_f": 0.0, "k_c": 2000.0}
+    fast = Checker(of_rig(soft, {}, tried=Tried((2.2, 4.4), (0.0, 5.0))))
+    assert fast.highest_speed(situation("Palm (dominant side)", f=2.0)) == (4.4, "tried range")
 
 
 def test_speed_and_pretension_must_have_been_tried_together() -> None:

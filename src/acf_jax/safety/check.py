@@ -143,10 +143,12 @@ class Checker:
         return self._answer(situation)
 
     def highest_speed(self, s: Situation, up_to: float = 2.0) -> HighestSpeed:
-        """The lowest velocity at which this situation stops being allowed, m/s, or where the search for it ends."""
+        """The lowest velocity at which this situation stops being allowed, m/s, or where the search for it ends.
+
+        **Arguments:** `up_to`: m/s, where no tried range is known.
+        """
         low, top = self.tried.speeds_at(s.f_p) if self.tried else (0.0, up_to)
-        end: Literal["tried range", "search"] = "tried range" if self.tried and top <= up_to else "search"
-        top = min(top, up_to)
+        end: Literal["tried range", "search"] = "tried range" if self.tried else "search"
 
         def holds(shares: np.ndarray) -> np.ndarray:
             speeds = (1 - shares) * low + shares * top
