@@ -8,7 +8,7 @@ import pytest
 from acf_jax.effects import library
 from acf_jax.errors import InputError
 from acf_jax.gap_model import forms, read_model, write_model
-from acf_jax.predict import Prediction, predict
+from acf_jax.predict import Prediction, notes, predict
 from tests.corrected import gap_model
 from tests.corrected import variant as made
 from tests.typical import typical
@@ -23,6 +23,13 @@ def test_where_a_free_curve_goes_astray_the_recalibrated_model_predicts() -> Non
     assert not instead.diverges
     assert gone.peak_force == instead.peak_force
     assert np.array_equal(gone.contact_force, instead.contact_force)
+
+
+def test_conditions_beyond_the_trials_are_noted_once() -> None:
+    model = gap_model()  # 0.05 to 0.35 m/s, 50 to 90 N
+    assert notes(model, np.array([0.05, 0.35]), np.array([50.0, 90.0])) == []
+    (note,) = notes(model, np.array([0.2, 0.4, 0.2]), np.array([60.0, 60.0, 95.0]))
+    assert note.startswith("2 of 3 impacts lie beyond the trials") and "v_e = 0.4 m/s lies outside" in note
 
 
 def test_what_a_free_curve_does_after_contact_is_lost_says_nothing() -> None:

@@ -7,7 +7,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field
 
+from acf_jax.dataset import Measurement
 from acf_jax.dataset.description import LowPassForm
+from acf_jax.dataset.tried import Tried
 from acf_jax.errors import InputError
 from acf_jax.files import read_json_mapping
 from acf_jax.forms import Part, check_form
@@ -112,6 +114,17 @@ class GapModel(Part):
         elif (e := self.next_experiment) is not None:
             add = f"add {e.repeats} trials at {e.contact_velocity_m_per_s:.3g} m/s and {e.pretension_n:.3g} N"
         return f"{LACKS[self.lack]}; {add}, then diagnose again"
+
+    @property
+    def scatter(self) -> tuple[float, float]:
+        """Relative standard deviation of v_E and F_P, trial to trial; of earlier versions a data set's default."""
+        usual = Measurement()
+        return self.rel_std or (usual.contact_velocity_rel_std, usual.pretension_rel_std)
+
+    @property
+    def tried(self) -> Tried:
+        """The conditions that its trials stand behind."""
+        return Tried(self.v_range, self.f_p_range, self.corners, self.scatter)
 
     @property
     def preferred(self) -> Which:

@@ -83,14 +83,12 @@ def notes(model: GapModel, v_e: np.ndarray, f_p: np.ndarray, asked: Which | None
         found.append(
             "the diagnosis had too little data to tell a cause: take the correction as a fit to its trials"
         )
-    for values, (low, high), what, unit in (
-        (v_e, model.v_range, "contact velocities", "m/s"),
-        (f_p, model.f_p_range, "pretensions", "N"),
-    ):
-        if values.min() < 0.5 * low or values.max() > 1.5 * high:
-            found.append(
-                f"some {what} lie far beyond the tried {low:g} to {high:g} {unit}: the model extrapolates"
-            )
+    tried = model.tried
+    if beyond := [faults[0] for v, f in zip(v_e, f_p, strict=True) if (faults := tried.beyond(v, f))]:
+        found.append(
+            f"{len(beyond)} of {len(v_e)} impacts lie beyond the trials, where the model extrapolates; of the first,"
+            f" {beyond[0]}"
+        )
     return list(filter(None, found))
 
 

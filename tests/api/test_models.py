@@ -138,8 +138,8 @@ def test_what_the_data_do_not_carry_is_warned_of(change, says, recwarn):
 
 
 def test_beyond_the_trials_is_warned_of_at_the_line_that_asks():
-    with pytest.warns(UserWarning, match="lie far beyond the tried 0.05 to 0.35 m/s") as told:
-        acf.read_model(MODEL).peak(0.9, 60)
+    with pytest.warns(UserWarning, match="0.36 m/s lies outside the tried 0.05 to 0.35 m/s") as told:
+        acf.read_model(MODEL).peak(0.36, 60)
     assert told[0].filename == __file__
 
 

@@ -10,7 +10,7 @@ import pytest
 from acf_jax.contact.ending import OPEN, Ending
 from acf_jax.contact.model import ContactModel, draw_forces
 from acf_jax.contact.read import of_diagnosis, of_rig
-from acf_jax.contact.tried import Tried
+from acf_jax.dataset.tried import Tried
 from acf_jax.errors import InputError
 from acf_jax.safety.assumptions import assumptions
 from acf_jax.safety.check import FASTER, Checker

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.peak import RIG, AbstractPeak, Branches, ContactPeak
-from acf_jax.contact.tried import REACH, Tried
+from acf_jax.dataset.tried import REACH, Tried
 from acf_jax.errors import TooLittleData
 from acf_jax.kept import compiled_quickly
 

@@ -89,7 +89,7 @@ class ModelFile:
         gap, trained = self.load_gap()
         if gap is not None:
             return of_diagnosis(gap, self.relative_std, str(self.path)), trained
-        from acf_jax.contact.tried import Tried
+        from acf_jax.dataset.tried import Tried
 
         surrogate, tried = None, Tried(*self.tried) if self.tried else None
         if self.surrogate is not None:

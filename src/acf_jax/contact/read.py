@@ -8,8 +8,7 @@ import numpy as np
 
 from acf_jax.contact.model import ContactModel, Variant
 from acf_jax.contact.peak import RIG, AbstractPeak, ClosedForm, Learned, Simulated, Trained
-from acf_jax.contact.tried import Range, Tried
-from acf_jax.dataset import Measurement
+from acf_jax.dataset.tried import Range, Tried
 from acf_jax.errors import InputError
 from acf_jax.gap_model import GapModel, Which
 from acf_jax.gap_model import Variant as Saved
@@ -69,9 +68,7 @@ def of_diagnosis(
     `relative_std`: of v_e and f_p about their commanded values; where it is not given the trials', and a data set's
     default for files of earlier versions. `which`: one model alone, the corrected one with what stands beside it.
     """
-    usual = Measurement()
-    of_trials = model.rel_std or (usual.contact_velocity_rel_std, usual.pretension_rel_std)
-    given = dict(zip(IMPACT, of_trials, strict=True)) | dict(relative_std or {})
+    given = dict(zip(IMPACT, model.scatter, strict=True)) | dict(relative_std or {})
     which = which or model.preferred
     chosen: Saved = getattr(model, which)
     main = _variant(model, chosen)
@@ -89,7 +86,7 @@ def of_diagnosis(
         others=others,
         relative=np.array([float(given.get(name, 0.0)) for name in names]),
         form_error=model.form_error(which),
-        tried=Tried(model.v_range, model.f_p_range, model.corners, of_trials),
+        tried=model.tried,
         source=source,
         verdict=model.verdict,
         better=model.better,
