@@ -89,7 +89,7 @@ def test_the_design_is_that_of_the_command(capsys, tmp_path):
     assert "<table>" in found._repr_html_() and any(trace.type == "contour" for trace in found.plot().data)
     none = model.design(70.0, v_e=(0.05, 0.5), f_p=(80.0, 120.0))
     assert not none.is_feasible and "Not feasible" in repr(none)
-    assert "raise limit from 70 to 80.01 N" in none._repr_html_()
+    assert "raise limit from 70 to 90.31\xa0N" in none._repr_html_()
 
 
 def test_a_design_in_a_notebook_rounds_no_speed_up_and_states_the_stop():

@@ -132,7 +132,10 @@ class AbstractEffect(eqx.Module):
         return jnp.zeros_like(motion.t)
 
     def force_on_mass(self, motion: Motion, state: States) -> Scalar:
-        """Force (N) on the flange mass in addition to the contact force."""
+        """Force (N) on the flange mass in addition to the contact force.
+
+        What it is at rest, with every state at zero, counts as lasting: `contact.carried`.
+        """
         return jnp.zeros_like(motion.t)
 
     def rates(self, motion: Motion, x_ddot: Scalar, state: States) -> States:
