@@ -1,13 +1,16 @@
 """The true contact force of every model, the body behind it, and its uncertainty, against independent truth."""
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from jaxtyping import Array
 from scipy.integrate import solve_ivp
 
 from acf_jax.contact.body import WALL, Body
 from acf_jax.contact.model import Variant, deviations, draw_forces, forces, root_of, spread
-from acf_jax.contact.peak import ClosedForm
+from acf_jax.contact.peak import ClosedForm, ContactPeak
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.effects import library
 from acf_jax.predict import predict
@@ -123,6 +126,19 @@ def test_no_uncertainty_is_no_spread_with_finite_derivatives() -> None:
     model = of_rig(RIG, {})
     slope = jax.jit(jax.jacfwd(lambda z: spread(model, z, WALL)[1].std))(model.at(0.2, 70.0))
     assert np.array_equal(slope, np.zeros(6))
+
+
+class Steep(ClosedForm):
+    """F_P + sqrt(d), N: without a finite slope at d = 0."""
+
+    def __call__(self, z: Array, body: Body) -> ContactPeak:
+        return ContactPeak(z[-1] + jnp.sqrt(z[1]), jnp.asarray(True))
+
+
+def test_a_spread_that_is_not_known_does_not_pass_for_none() -> None:
+    model = eqx.tree_at(lambda m: m.main.peak, of_rig(RIG | {"d": 0.0}, STD), Steep())
+    assert bool(model.main.peak(jnp.asarray(model.at(0.2, 70.0)), WALL).exists)
+    assert not bool(spread(model, jnp.asarray(model.at(0.2, 70.0)), WALL)[0].exists)
 
 
 def test_surrogate_is_never_below_the_exact_peak() -> None:

@@ -15,6 +15,7 @@ from acf_jax.contact.model import forces
 from acf_jax.contact.peak import ClosedForm, Simulated
 from acf_jax.contact.read import of_diagnosis, of_rig
 from acf_jax.contact.stop import ending_conflict, latest_stop, stop_of, stop_words
+from acf_jax.designs.task import Margin, upper_forces
 from acf_jax.inference.forward import unpack
 from acf_jax.model import Impact, Rig
 from tests.corrected import gap_model
@@ -206,6 +207,20 @@ def test_what_is_carried_along_and_what_stays(
     carried = carried_force(rig, Impact(z[-2], z[-1]), built, 0.01, 0.4)
     assert float(carried) == pytest.approx(60 + 3000 * 0.01 + 20 * 0.4 + moving)
     assert float(law.at_rest(z, 0.01)) == pytest.approx(60 + 3000 * 0.01 + resting)
+
+
+def test_what_a_braking_robot_carries_is_as_uncertain_as_its_equation_says() -> None:
+    """In the program that a design asks, at every speed: compiled, a force may differ from itself in its last digit."""
+    m, d, k_f, k_c, reaction, a, f_p = 1.9, 60.0, 800.0, 6e4, 0.05, 1.5, 60.0
+    rig = {"m": m, "d": d, "k_f": k_f, "k_c": k_c}
+    std = {"m": 0.02, "d": 0.2, "k_f": 0.3, "k_c": 0.05, "v_e": 0.005, "f_p": 0.01}
+    model, v = ended(of_rig(rig, std), Ending(reaction=reaction, deceleration=a)), np.linspace(0.05, 0.6, 64)
+    x = v * reaction + v**2 / (2 * a)
+    parts = [0.2 * d * v, 0.3 * k_f * x, 0.005 * v * (d + k_f * (reaction + v / a)), 0.01 * f_p + 0 * v]
+    expected = f_p + k_f * x + d * v + 100 * np.linalg.norm(parts, axis=0)
+    upper, _, exists = upper_forces(model, np.array([model.at(one, f_p) for one in v]), Margin(100.0))
+    assert exists.all()
+    assert upper == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_latest_stop_is_on_the_right_side() -> None:

@@ -8,6 +8,7 @@ from acf_jax.contact.braking import is_within_travel
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel, Variant
 from acf_jax.contact.peak import AbstractPeak, Branches, ContactPeak, Scalar
+from acf_jax.model.until import largest
 
 
 class Ended(AbstractPeak):
@@ -28,7 +29,7 @@ class Ended(AbstractPeak):
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         found = self.branches(z, body)
-        return ContactPeak(found.force.max(), found.exists)
+        return ContactPeak(largest(found.force), found.exists)
 
     def branches(self, z: Float[Array, " p"], body: Body) -> Branches:
         return self.until(z, body, self.ending)

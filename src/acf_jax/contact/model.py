@@ -144,7 +144,8 @@ def spread(
 
     sigma^2 = g^T Sigma g + (form error F)^2 + spread between the explanations,  g = dF/dz
 
-    Of several branches, that whose F + factor sigma is largest.
+    Of several branches, that whose F + factor sigma is largest. Where a deviation is not finite there is no peak: what
+    is not known must not pass for certain.
     """
     main = model.main
 
@@ -164,10 +165,10 @@ def spread(
         between = weights @ (every - mean) ** 2 / weights.sum()
     form = (model.form_error * branches.force) ** 2
     variance = shares.sum(1) + form + between
-    is_spread = variance > 0
-    std = jnp.where(is_spread, jnp.sqrt(jnp.where(is_spread, variance, 1.0)), 0.0)
+    is_certain = variance <= 0
+    std = jnp.where(is_certain, 0.0, jnp.sqrt(jnp.where(is_certain, 1.0, variance)))
     k = jnp.argmax(branches.force + factor * std) if std.size > 1 else 0
-    peak = ContactPeak(branches.force[k], branches.exists)
+    peak = ContactPeak(branches.force[k], branches.exists & jnp.isfinite(std).all())
     return peak, Spread(std[k], gradient[k], shares[k], form[k], between)
 
 

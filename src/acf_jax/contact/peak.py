@@ -19,7 +19,7 @@ from acf_jax.effects import AbstractEffect
 from acf_jax.inference.forward import SAMPLES, STEP_PER_RADIAN, unpack
 from acf_jax.inference.parameters import component_of, parameters
 from acf_jax.model import Impact, Rig, find_peak
-from acf_jax.model.until import largest_force_until
+from acf_jax.model.until import largest, largest_force_until
 from acf_jax.predict import LONGEST
 from acf_jax.simulator import LargestForce, largest_force
 from acf_jax.simulator.peak import Force
@@ -99,8 +99,9 @@ class ClosedForm(AbstractPeak):
         both = through(z, body, ending, jnp.array([0.0, 1.0]))
         has_form = (jnp.asarray(body.mobility) == 0) & ~jnp.isfinite(jnp.asarray(ending.deceleration))
         exact = largest_force_until(*coupled(z, body), stopping_time(ending, z[-2]))
-        force = both.force.max(0)
-        return Branches(force.at[0].max(jnp.where(has_form, exact, 0.0)), both.exists.all())
+        swinging, carried = largest(both.force)
+        swinging = largest(jnp.stack([swinging, jnp.where(has_form, exact, 0.0)]))
+        return Branches(jnp.stack([swinging, carried]), both.exists.all())
 
     def credits_stiffness(self) -> bool:
         return True
@@ -167,7 +168,7 @@ class Simulated(AbstractPeak):
         others = tuple(name for name in self.effects if name != BRAKES_ITSELF)
         without = Simulated(others, self.longest_step, self.reach)
         stated = without.through(jnp.concatenate([z[jnp.array(places)], z[-2:]]), body, ending, 0.0)
-        return Branches(jnp.maximum(found.force, stated.force), found.exists & stated.exists)
+        return Branches(largest(jnp.stack([found.force, stated.force])), found.exists & stated.exists)
 
     def at_rest(self, z: Float[Array, " p"], x: Scalar | float) -> Scalar:
         rig, effects = unpack(self.effects, z[:-2], self.reach)

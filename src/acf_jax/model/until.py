@@ -42,6 +42,16 @@ Scalar = Float[Array, ""]
 MOST_PERIODS = 1e6  # beyond it no peak is left that counts
 
 
+def largest(values: Float[Array, "n *rest"]) -> Float[Array, "*rest"]:
+    """The largest along the first axis, with the derivatives of that one.
+
+    `jnp.max` looks for what to differentiate by comparing each value with the maximum. Where the compiler computes a
+    value twice and rounds differently, none is equal, and the derivative is 0/0.
+    """
+    found: Array = jnp.take_along_axis(values, values.argmax(0)[None], 0)[0]
+    return found
+
+
 def largest_force_until(rig: Rig, impact: Impact, t: Scalar) -> Scalar:
     """The largest contact force of the paper's equations within [0, t], in closed form.
 
@@ -82,8 +92,7 @@ def largest_force_until(rig: Rig, impact: Impact, t: Scalar) -> Scalar:
     at_the_end = jnp.where(
         jnp.isfinite(t), contact_force(rig, impact, end), jnp.where(rises, jnp.inf, impact.f_p)
     )
-    largest: Scalar = jnp.stack([impact.f_p, *maxima, at_the_end]).max()
-    return largest
+    return largest(jnp.stack([impact.f_p, *maxima, at_the_end]))
 
 
 def force_bound(rig: Rig, impact: Impact, t: Scalar) -> Scalar:
