@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from acf_jax.contact.body import WALL, Body
 from acf_jax.contact.ending import Ending
@@ -257,3 +258,31 @@ def test_landscape_shows_the_limit_where_the_design_is() -> None:
     assert space.names == ("v_e", "f_p") and space.upper.shape == (9, 9)
     assert space.point == (found.z[-2], found.z[-1])
     assert (np.diff(space.upper, axis=1) > 0).all()
+
+
+class Forked(AbstractPeak):
+    """The larger of F_P + 100 v m/4 and F_P + 90 v d/60, N."""
+
+    block = 64
+
+    def __call__(self, z, body: Body) -> ContactPeak:
+        return ContactPeak(self.branches(z, body).force.max(), jnp.asarray(True))
+
+    def branches(self, z, body: Body) -> Branches:
+        m, d, _, _, v, f = z
+        return Branches(f + v * jnp.stack([25.0 * m, 1.5 * d]), jnp.asarray(True))
+
+    def until(self, z, body: Body, ending: Ending) -> Branches:
+        return self.branches(z, body)
+
+    def credits_stiffness(self) -> bool:
+        return True
+
+
+def test_of_several_branches_each_margin_counts_by_its_own_spread() -> None:
+    """One deviation from the best estimate the first is larger, two deviations from it the second."""
+    model = eqx.tree_at(lambda m: m.main.peak, of_rig(RIG, {"m": 0.02, "d": 0.1}), Forked())
+    found = solved(model, {"v_e": (0.0, 2.0)}, {"f_p": 10.0}, "fastest", 110.0, 0.95)
+    # by hand: P(F <= 110) = Phi((100/v - 100)/2) Phi((100/v - 90)/9)
+    share = norm.cdf((100 / found.z[-2] - 100) / 2) * norm.cdf((100 / found.z[-2] - 90) / 9)
+    assert 0.95 <= share <= 0.96

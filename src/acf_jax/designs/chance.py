@@ -14,6 +14,7 @@ TO_SPARE = 2.0  # standard errors of the drawn probability by which the stated o
 FAILURES = 20  # draws, at least, that may break the limit: then `TO_SPARE` errors are less than half of them
 BROKEN = 3.0  # standard errors below the stated probability: fresh draws that break it
 RESTS = 1e-5  # standard deviations of the force by which rounds may stop short of the limit
+FAR = 1e3  # standard deviations: so far away the branch of the force counts that is least certain
 LEAST_RAISE, MOST_RAISE = 1.02, 2.0  # of the reach, at a time
 
 
@@ -70,17 +71,34 @@ def margin_at(task: Task, z: np.ndarray, margin: Margin, draws: int, seed: int) 
     Where too many draws have no peak there is no quantile, and the reach has to grow: for a peak that ends at a plane
     in b standard deviations, a share Phi(-b) of the draws has none.
     """
-    upper, force, exists, _ = upper_at(task.model, z, Margin(1.0))
-    std = upper - force
-    if std <= 1e-12 * force:
+    _, force, exists, own = upper_at(task.model, z, Margin(FAR))
+    std = float(own.std)
+    if not std > 1e-12 * force:
         return margin, exists and force <= task.limit
     found, share = draw(task.model, z, draws, seed), held_share(task.probability, draws)
     quantile = found.quantile(share)
     if np.isfinite(quantile):
         is_held = quantile <= task.limit + RESTS * std
-        return margin._replace(factor=float(quantile - force) / std), bool(is_held)
+        return margin._replace(factor=_factor(task, z, quantile)), bool(is_held)
     if not exists:
         return margin, False  # no reach brings a peak
     wanted, there = norm.ppf(share), norm.ppf(found.exists.mean())
     raised = margin.reach * float(np.clip(wanted / there if there > 0 else np.inf, LEAST_RAISE, MOST_RAISE))
     return margin._replace(reach=raised or float(wanted)), False
+
+
+def _factor(task: Task, z: np.ndarray, quantile: float) -> float:
+    """The factor with which F + factor sigma is the quantile at z, by Newton's method.
+
+    Of several branches the largest counts, so that F + factor sigma is convex in the factor and straight between the
+    places where another takes over: from the second step on the factor falls, and rests.
+    """
+
+    def step(factor: float) -> float:
+        _, force, _, own = upper_at(task.model, z, Margin(factor))
+        return float((quantile - force) / own.std) if own.std > 0 else factor
+
+    factor = step(FAR)
+    while (lower := step(factor)) < factor:
+        factor = lower
+    return factor
