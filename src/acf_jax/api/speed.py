@@ -69,8 +69,9 @@ def speed(
 
     max v  subject to  P(F(v) <= limit) >= probability
 
-    The force of the first peak counts, and the answer says when the robot must have stopped so that no later force
-    passes the limit. Where it is stated how the contact ends, the force until then counts.
+    The force of the first peak counts, and the answer says when the robot must have stopped so that the limit holds
+    with the same probability for what follows, too. Where it is stated how the contact ends, the force until then
+    counts.
 
     **Arguments:** `model`: a diagnosis, a `Rig`, or a path. `f_p`: pretension, N. `limit`: of the peak contact force,
     N. `stop_after`: s after first contact, when the robot has stopped; `travel`: m, within which it has; `reaction`,

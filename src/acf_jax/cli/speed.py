@@ -55,8 +55,9 @@ def command(
 ) -> None:
     """Highest contact velocity for a limit of the peak contact force, exact, under the parameters' uncertainty.
 
-    The force of the first peak counts, and the answer says when the robot must have stopped so that no later force
-    passes the limit; where it is stated how the contact ends, the force until then counts.
+    The force of the first peak counts, and the answer says when the robot must have stopped so that the limit holds
+    with the same probability for what follows, too; where it is stated how the contact ends, the force until then
+    counts.
 
     Ends with exit code 1 where no velocity keeps one of the limits.
     """

@@ -59,6 +59,11 @@ class ContactModel(eqx.Module):
         return (self.main, *self.others)
 
     @property
+    def is_certain(self) -> bool:
+        """Whether nothing about it is uncertain."""
+        return not (self.others or self.form_error or self.main.covariance.any() or self.relative.any())
+
+    @property
     def is_simulated(self) -> bool:
         """Whether samples of some explanation cost a simulation with effects."""
         return any(v.peak.is_simulated() for v in self.variants)
@@ -206,32 +211,60 @@ def original_forces(peak: AbstractPeak, z: np.ndarray, body: Body) -> tuple[np.n
     return force, exists
 
 
-def draw_forces(
-    model: ContactModel, z: np.ndarray, body: Body, draws: int, seed: int = 0
-) -> tuple[np.ndarray, np.ndarray]:
-    """Forces of draws of everything uncertain about z: parameters, explanation, form of the law.
+class Sample(NamedTuple):
+    """Draws of everything uncertain about one z, explanation by explanation."""
 
-    **Arguments:** `z`: (p,), SI units. `body`: what is met. `draws`: how many. `seed`: of them.
+    of: tuple[np.ndarray, ...]  # (n, p) of each explanation
+    form: np.ndarray  # (draws,) by what the law's own error multiplies a force
 
-    **Returns:** (draws,) forces in N and whether each has a peak; draws outside a surrogate's range are left to the
-    law that it stands for. No parameter falls below its least value: those of the fit are drawn as `deviations` says,
-    what else would is put there.
+    def part(self, chosen: np.ndarray) -> "Sample":
+        """Those of the draws that are chosen, (draws,) of booleans."""
+        ends = np.cumsum([len(z) for z in self.of])[:-1]
+        each = zip(self.of, np.split(chosen, ends), strict=True)
+        return Sample(tuple(z[mine] for z, mine in each), self.form[chosen])
+
+
+def draw_sample(model: ContactModel, z: np.ndarray, draws: int, seed: int = 0) -> Sample:
+    """Draws of everything uncertain about z: parameters, explanation, form of the law.
+
+    **Arguments:** `z`: (p,), SI units. `draws`: how many. `seed`: of them.
+
+    No parameter falls below its least value: those of the fit are drawn as `deviations` says, what else would is put
+    there.
     """
     random = np.random.default_rng(seed)
     weights = np.array([v.weight for v in model.variants])
     counts = random.multinomial(draws, weights / weights.sum())
     found = []
     for v, n in zip(model.variants, counts, strict=True):
-        if not n:
-            continue
         centre = np.asarray(z if v is model.main else beside(model.main, v, jnp.asarray(z)))
         sample = np.tile(centre, (n, 1))
-        sample[:, :-2] += deviations(v, n, random)
-        sample += random.standard_normal(sample.shape) * model.relative_of(v) * centre
-        sample = np.maximum(sample, np.r_[v.low, 0.0, 0.0])
-        found.append(original_forces(v.peak, sample, body))
+        if n:
+            sample[:, :-2] += deviations(v, n, random)
+            sample += random.standard_normal(sample.shape) * model.relative_of(v) * centre
+        found.append(np.maximum(sample, np.r_[v.low, 0.0, 0.0]))
+    return Sample(tuple(found), 1 + model.form_error * random.standard_normal(draws))
+
+
+def sample_forces(model: ContactModel, sample: Sample, body: Body) -> tuple[np.ndarray, np.ndarray]:
+    """Force in N and existence of the peak of each draw.
+
+    Draws outside a surrogate's range are left to the law that it stands for.
+    """
+    found = [
+        original_forces(v.peak, z, body) for v, z in zip(model.variants, sample.of, strict=True) if len(z)
+    ]
+    if not found:
+        return np.zeros(0), np.zeros(0, bool)
     force, exists = map(np.concatenate, zip(*found, strict=True))
-    return force * (1 + model.form_error * random.standard_normal(draws)), exists
+    return force * sample.form, exists
+
+
+def draw_forces(
+    model: ContactModel, z: np.ndarray, body: Body, draws: int, seed: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (draws,) of draws of everything uncertain about z, N, and whether each has a peak."""
+    return sample_forces(model, draw_sample(model, z, draws, seed), body)
 
 
 def deviations(v: Variant, draws: int, random: np.random.Generator) -> np.ndarray:

@@ -60,13 +60,15 @@ def latest_stop(keeps: Callable[[float], bool]) -> float | None:
     """
     if keeps(LONGEST):
         return math.inf
-    if not keeps(EARLIEST):
-        return None
     low, high = math.log(EARLIEST), math.log(LONGEST)
+    is_known = False  # whether any stop is soon enough
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if keeps(math.exp(middle)) else (low, middle)
-    return math.exp(low)
+        if keeps(math.exp(middle)):
+            low, is_known = middle, True
+        else:
+            high = middle
+    return math.exp(low) if is_known or keeps(EARLIEST) else None
 
 
 def stop_words(stop: Stop) -> str:

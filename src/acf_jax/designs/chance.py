@@ -54,10 +54,10 @@ def draws_fault(model: ContactModel, probability: float, draws: int) -> str | No
     )
 
 
-def held_share(probability: float, draws: int) -> float:
+def held_share(probability: float, draws: int, to_spare: float = TO_SPARE) -> float:
     """The share of draws that has to hold, so that the probability does."""
     error = np.sqrt(probability * (1 - probability) / draws)
-    return float(probability + TO_SPARE * error)
+    return float(probability + to_spare * error)
 
 
 def is_kept(share: float, probability: float, draws: int) -> bool:

@@ -95,7 +95,7 @@ def design(task: Task, starts: int = 32, draws: int = 8192, seed: int = 0) -> De
         z, fresh_seed = task.point(found.u), seed + 1 + attempt
         fresh = draw(task.model, z, draws, fresh_seed).probability(task.limit)
         if is_held and is_kept(fresh, task.probability, draws):
-            return _report(task, found, margin, fresh, draws)
+            return _report(task, found, margin, fresh, draws, seed)
         if not found.is_feasible:
             break
         least = margin = _larger(margin, margin_at(task, z, margin, draws, fresh_seed)[0])
@@ -131,7 +131,7 @@ def _larger(one: Margin, other: Margin) -> Margin:
     return Margin(*map(max, one, other))
 
 
-def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int) -> Design:
+def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int, seed: int) -> Design:
     model, z = task.model, task.point(found.u)
     upper, force, _, own = upper_at(model, z, margin)
     at_limit = upper >= task.limit * (1 - 1e-9)
@@ -142,7 +142,7 @@ def _report(task: Task, found: Optimum, margin: Margin, fresh: float, draws: int
     residual = None if is_inner and not at_limit else met.residual
     return Design(
         task, z, force, upper, float(own.std), margin, fresh, draws, price, at_limit, task.limit - upper, residual,
-        sensitivities(model, z, own, upper - force), found, needed_stop(task, z, margin.factor),
+        sensitivities(model, z, own, upper - force), found, needed_stop(task, z, draws, seed),
         _notes(task, z, found),
     )  # fmt: skip
 

@@ -80,7 +80,7 @@ def why_end(found: Design) -> str:
 
 
 def stop(found: Design) -> str:
-    """When the robot stops, or has to, so that no later force passes the limit."""
+    """When the robot stops, or has to, so that what follows the first peak keeps the limit, too."""
     if found.stop is None:
         return "no stop is soon enough"
     return stop_words(found.stop) if math.isfinite(found.stop.time) else f"not within {LONGEST:g} s"
