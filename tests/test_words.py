@@ -51,6 +51,11 @@ def test_words_are_found_in_prose_alone(text, caught):
     assert len(faults(text)) == caught
 
 
+def test_the_library_calls_held_out_what_a_fit_did_not_use():
+    sources = sorted((ROOT / "src").rglob("*.py"))
+    assert [f.name for f in sources if "unseen" in f.read_text("utf-8").lower()] == []
+
+
 def test_each_term_is_explained_in_one_sentence():
     rows = re.findall(r"^\| (.+?) \| (.+) \|$", (ROOT / "docs/terms.md").read_text("utf-8"), re.MULTILINE)[1:]
     terms = [term.lower() for term, _ in rows]

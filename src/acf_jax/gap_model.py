@@ -76,7 +76,7 @@ class GapModel(Part):
     recalibrated: Variant
     corrected: Variant
     alternatives: tuple[Variant, ...]  # explanations still standing beside the corrected model
-    peak_form_error: float = Field(ge=0, le=FORM_MOST)  # relative, of peaks on unseen conditions beyond noise
+    peak_form_error: float = Field(ge=0, le=FORM_MOST)  # relative, of held-out peaks beyond noise
     step_s: float = Field(gt=0, le=LONGEST_STEP_S)  # of the integration
     sample_rate_hz: float = Field(ge=1 / LONGEST_INTERVAL, le=1 / SHORTEST_INTERVAL)
     v_range: Between  # m/s, contact velocities of the trials
@@ -88,7 +88,7 @@ class GapModel(Part):
         None  # corrected than recalibrated, by what was held out; earlier versions: none
     )
     better: bool | None = (
-        None  # than the recalibrated model, by the figures on unseen conditions; None: not asked
+        None  # than the recalibrated model, by the figures on held-out conditions; None: not asked
     )
     recalibrated_form_error: float = Field(default=0.0, ge=0, le=FORM_MOST)  # as `peak_form_error`
     low_pass: LowPassForm | None = None  # that readings have been through, and so do predicted ones
@@ -132,7 +132,7 @@ class GapModel(Part):
         return "recalibrated" if self.better is False else "corrected"
 
     def form_error(self, which: Which) -> float:
-        """Relative standard deviation of a peak on unseen conditions beyond noise: what the law itself misses."""
+        """Relative standard deviation of a peak on held-out conditions beyond noise: what the law itself misses."""
         return {"corrected": self.peak_form_error, "recalibrated": self.recalibrated_form_error}.get(
             which, 0.0
         )

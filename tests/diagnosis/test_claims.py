@@ -1,4 +1,4 @@
-"""What is claimed of a corrected model, by the figures that are printed of unseen conditions."""
+"""What is claimed of a corrected model, by the figures that are printed of held-out conditions."""
 
 import json
 from dataclasses import replace
@@ -72,7 +72,7 @@ WORSE = Comparison(Change(7.13, 9.81), Change(55.0, 20.0))
 
 
 def test_laws_beside_which_a_cause_is_missing_are_as_probable_as_what_they_explain() -> None:
-    """Of 100 N^2 beside a floor of 20; even odds where unseen conditions say nothing of it."""
+    """Of 100 N^2 beside a floor of 20; even odds where held-out conditions say nothing of it."""
     better = Comparison(Change(10.0, 6.0), None)  # leaves 16 of 80
     assert highest_probability(better, 20**0.5, False) == 1.0
     assert highest_probability(better, 20**0.5, True) == pytest.approx(0.8)
@@ -95,13 +95,13 @@ def test_laws_beside_which_a_cause_is_missing_are_as_probable_as_what_they_expla
     (None, Change(2.0, 2.5), True),  # peaks only
     (None, None, False),  # a single condition
 ])  # fmt: skip
-def test_unseen_conditions_speak_against_laws_that_do_not_help_there(
+def test_held_out_conditions_speak_against_laws_that_do_not_help_there(
     force: Change | None, peak: Change | None, denied: bool
 ) -> None:
     assert Comparison(force, peak).is_denied is denied
 
 
-def test_laws_that_unseen_conditions_speak_against_get_even_odds(
+def test_laws_that_held_out_conditions_speak_against_get_even_odds(
     gravity_set: GapDataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(claims, "compare", lambda *figures: WORSE)

@@ -40,8 +40,8 @@ def test_an_effect_that_shows_by_its_second_strength_only_is_seen_with_both() ->
         assert d.smallest is None or d.smallest <= kept[d.effect].parameters()[0].high
     quiet = replace(peaks, noise=Noise(1e4))
     nominal = fit(quiet, (), begin(RIG.values), warm=True, iterations=0)
-    unseen = identifiability.detectability(quiet, nominal, list(kept))
-    assert all(d.smallest is None for d in unseen), "beyond all ranges"
+    hidden = identifiability.detectability(quiet, nominal, list(kept))
+    assert all(d.smallest is None for d in hidden), "beyond all ranges"
 
 
 def test_the_smallest_size_leaves_about_three_standard_deviations() -> None:

@@ -128,7 +128,7 @@ def test_an_untared_sensor_leaves_the_errors_of_peaks(gravity_set: GapDataset, d
     assert peaks == pytest.approx(diagnosed.held["nominal"].measured_peak, abs=0.2)
 
 
-def test_of_a_single_condition_no_figure_is_called_unseen(gravity_set: GapDataset, tmp_path: Path) -> None:
+def test_of_a_single_condition_no_figure_is_called_held_out(gravity_set: GapDataset, tmp_path: Path) -> None:
     first = gravity_set.trials[0]
     forces = [first.trace.force + 0.1 * k for k in range(3)]  # type: ignore[union-attr]
     trials = [

@@ -210,7 +210,7 @@ def test_measured_peaks_are_compared_with_peaks_of_their_kind(
     assert f">{told.trials[o.names[0]].peak_force:.1f} ± " in alone and "noise adds" not in alone
 
 
-def test_of_a_single_condition_nothing_is_said_to_be_unseen(diagnosed: Diagnosis) -> None:
+def test_of_a_single_condition_nothing_is_said_to_be_held_out(diagnosed: Diagnosis) -> None:
     o, look = diagnosed.observations, outlook(diagnosed)
     alone = replace(diagnosed, observations=replace(o, condition=np.zeros_like(o.condition)))
     assert "did not see the trial&#x27;s condition; the contact force by the fit to all" in overlay(

@@ -1,4 +1,4 @@
-"""One data set: what was said of it against what was true, and how the corrected model does on unseen conditions."""
+"""One data set: what was said of it against what was true, and how the corrected model does at other conditions."""
 
 from collections.abc import Collection
 from pathlib import Path

@@ -131,7 +131,7 @@ def _calibration(rows: Sequence[Row]) -> dict[str, Any] | None:
 
 
 def _shrinkage(rows: Sequence[Row]) -> dict[str, Any] | None:
-    """Real shrinkage on noise-free unseen conditions against the claimed interval."""
+    """Real shrinkage on noise-free conditions that no trial had, against the claimed interval."""
     claimed = [r for r in rows if r.get("shrinkage") and "ratio" in r]
     if not claimed:
         return None
@@ -144,9 +144,10 @@ def _shrinkage(rows: Sequence[Row]) -> dict[str, Any] | None:
 
 
 def _contributions(rows: Sequence[Row]) -> dict[str, Any] | None:
-    """What the laws leave of the gap on noise-free unseen conditions, against the claimed interval of the background.
+    """What the laws leave of the gap against the claimed interval of the background.
 
-    Of what is not scatter they leave the square of the ratio of both models' errors.
+    Forces are noise-free, on conditions that no trial had. Of what is not scatter laws leave the square of the ratio of
+    both models' errors.
     """
     claimed = [r for r in rows if r.get("unexplained") and "ratio" in r]
     if not claimed:

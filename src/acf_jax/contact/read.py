@@ -62,8 +62,8 @@ def of_diagnosis(
 ) -> ContactModel:
     """The corrected model of a diagnosis, the explanations beside it, and the fit's covariance.
 
-    Where it is known to be no better than the recalibrated model on unseen conditions, that one answers, with the same
-    weight as the corrected one and what stands beside it together: their spread is uncertainty.
+    Where it is known to be no better than the recalibrated model on held-out conditions, that one answers, with the
+    same weight as the corrected one and what stands beside it together: their spread is uncertainty.
 
     `relative_std`: of v_e and f_p about their commanded values; where it is not given the trials', and a data set's
     default for files of earlier versions. `which`: one model alone, the corrected one with what stands beside it.

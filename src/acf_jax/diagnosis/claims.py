@@ -1,7 +1,7 @@
 """What may be claimed of the corrected model: no more than what it does on conditions that the fit did not see.
 
 One rule for report, terminal, diagnosis.json and every command that uses the model: it is better than the
-recalibrated one where the figures that are printed of unseen conditions say so.
+recalibrated one where the figures that are printed of held-out conditions say so.
 """
 
 from typing import NamedTuple
@@ -21,12 +21,12 @@ class Change(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Corrected against recalibrated model on unseen conditions; None where a figure does not exist."""
+    """Corrected against recalibrated model on held-out conditions; None where a figure does not exist."""
 
     force: Change | None  # N RMS
     peak: Change | None  # % RMS
     misses: bool = (
-        False  # whether it misses the peaks of its own trials by more than the other one unseen ones
+        False  # whether it misses the peaks of its own trials by more than the other one held-out ones
     )
 
     @property
@@ -38,7 +38,7 @@ class Comparison(NamedTuple):
 
     @property
     def is_denied(self) -> bool:
-        """Whether unseen conditions speak against it: the force error is not less; of peaks alone, the peak error."""
+        """Whether held-out conditions speak against it: the force error is not less; of peaks alone, the peak error."""
         decides = self.force or self.peak
         return decides is not None and decides.after >= decides.before
 
@@ -73,7 +73,7 @@ class Comparison(NamedTuple):
 
 
 def compare(recalibrated: GapFigures, corrected: GapFigures, of_trials: GapFigures) -> Comparison:
-    """The two models by their figures on unseen conditions; `of_trials`: the corrected one's on its own trials."""
+    """The two models by their figures on held-out conditions; `of_trials`: the corrected one's on its own trials."""
     force = _change(recalibrated.force_rms_n, corrected.force_rms_n, FORCE_DIGITS)
     peak = _change(recalibrated.peak_rms_percent, corrected.peak_rms_percent, PEAK_DIGITS)
     own = _change(recalibrated.peak_rms_percent, of_trials.peak_rms_percent, PEAK_DIGITS)
@@ -81,7 +81,7 @@ def compare(recalibrated: GapFigures, corrected: GapFigures, of_trials: GapFigur
 
 
 def highest_probability(comparison: Comparison, floor: float | None, is_missing: bool) -> float:
-    """How probable laws may be called at most, by what unseen conditions say of them.
+    """How probable laws may be called at most, by what held-out conditions say of them.
 
     Where a cause `is_missing` beside them, they are as probable as the share is that they explain of the gap's mean
     square there. Even odds where that is not known, or where their force error is not less. `floor`: N RMS.

@@ -66,7 +66,7 @@ class Diagnosis:
     noise_floor_rms_n: float | None
     comparison: claims.Comparison | None  # of corrected and recalibrated model; None where they are the same
     contributions: tuple[Contribution, ...]  # of the recalibrated model's gap; none where it has none
-    form_error: dict[str, float]  # relative, of peaks on unseen conditions, by model
+    form_error: dict[str, float]  # relative, of peaks on held-out conditions, by model
     shrinkage_force: Shrinkage | None
     shrinkage_peak: Shrinkage | None
     fits: tuple[Fit, ...]  # the paper's model first, the others most probable first

@@ -57,14 +57,14 @@ def hold_out(
     """
     o = observations
     conditions = [o.condition == c for c in np.unique(o.condition)]
-    tasks = [partial(_predict_unseen, o, out, fitted, scattered, refit) for out in conditions]
+    tasks = [partial(_predict_held_out, o, out, fitted, scattered, refit) for out in conditions]
     residual, floor, peak = np.zeros_like(o.force), np.zeros_like(o.force), np.zeros(len(o.names))
     for out, (residual_there, floor_there, peak_there) in zip(conditions, in_parallel(tasks), strict=True):
         residual[out], floor[out], peak[out] = residual_there, floor_there, peak_there
     return HeldOut(residual, floor, peak, measured_peak)
 
 
-def _predict_unseen(
+def _predict_held_out(
     o: Observations, out: np.ndarray, fitted: Fit, scattered: Fit, refit: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Residual, floor and peak of `HeldOut` for the trials `out`, after a fit to the others."""
@@ -158,7 +158,7 @@ def figures(observations: Observations, held: HeldOut) -> GapFigures:
 
 
 def form_error(held: HeldOut, noise_std: float) -> float:
-    """What the law itself misses of a peak on unseen conditions, as a relative standard deviation, beyond noise.
+    """What the law itself misses of a peak on held-out conditions, as a relative standard deviation, beyond noise.
 
     From the median, for one condition may be missed far more than others. `FORM_UNKNOWN` where no peak is known; at
     most `FORM_MOST`.

@@ -15,7 +15,7 @@ class Spectrum(NamedTuple):
     """RMS force in bands of a third of an octave, N, shape (bands,)."""
 
     edges: np.ndarray  # (bands + 1,) Hz
-    gap: dict[str, np.ndarray]  # what each model misses on unseen conditions
+    gap: dict[str, np.ndarray]  # what each model misses on held-out conditions
     scatter: np.ndarray | None  # that repeats of a condition do not share; None without repeats
 
 

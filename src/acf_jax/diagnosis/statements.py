@@ -57,17 +57,17 @@ def of_minor(corrected: Fit, named: Explanation) -> list[str]:
 
 
 def of_model(comparison: Comparison | None, form: float) -> list[str]:
-    """What the figures of unseen conditions say; `form`: relative standard deviation of the peak there."""
+    """What the figures of held-out conditions say; `form`: relative standard deviation of the peak there."""
     found = [comparison.statement] if comparison and not comparison.is_better else []
     if form == FORM_MOST:
-        found.append(f"peaks on unseen conditions are missed by {FORM_MOST:g} times their size and more")
+        found.append(f"peaks on held-out conditions are missed by {FORM_MOST:g} times their size and more")
     if form == FORM_UNKNOWN:
         found.append("no trial tells a peak: how far predicted peaks are off is unknown, and taken as 100 %")
     return found
 
 
 def of_denial(named: Explanation) -> list[str]:
-    """What is said where the laws named do not predict unseen conditions better than none."""
+    """What is said where the laws named do not predict held-out conditions better than none."""
     return [
         f"what the fit did not see speaks against {label(named).lower()}: it is given no more than even odds, since"
         " another cause is as likely"

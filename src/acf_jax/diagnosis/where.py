@@ -38,7 +38,7 @@ class GapMap:
 
 
 def gap_map(observations: Observations, recalibrated: Fit, held: HeldOut) -> GapMap:
-    """Excess of squared residual over what no model can predict, by phase and condition, on unseen conditions."""
+    """Excess of squared residual over what no model can predict, by phase and condition, on held-out conditions."""
     o = observations
     forces = forward((), recalibrated.physical, o.v_e, o.f_p, recalibrated.grid)
     t_max = np.array(

@@ -47,9 +47,9 @@ class Rig(Part):
     credible: tuple[tuple[str, ...], ...] = ()  # the explanations that these data leave standing
     component: str | None = None  # where a cause most probably acts; None where there may be none
     components: tuple[str, ...] = ()  # where these data leave it possible that one acts
-    recalibrated_rms_n: float | None = None  # force error on unseen conditions, before the correction
+    recalibrated_rms_n: float | None = None  # force error on held-out conditions, before the correction
     corrected_rms_n: float | None = None  # and after it
-    peak_rms_percent: float | None = None  # peak error on unseen conditions, after it
+    peak_rms_percent: float | None = None  # peak error on held-out conditions, after it
     shrinkage: float | None = None  # of the force error; of the peak error where there are no traces
     parameters: dict[str, Estimate] = Field(default={})
     warnings: int = 0

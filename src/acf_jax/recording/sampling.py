@@ -36,7 +36,7 @@ def sampling_fault(force: Series, where: str, impact_time: float) -> str | None:
             begin, end = (1e-9 * float(time - force.time[0]) for time in stretch[:2])
             return (
                 f"{where}: from {begin:.4g} s to {end:.4g} s it has {stretch[2]:.2g} times as many samples a second as"
-                " elsewhere: time steps back unseen, as when the clock is set or a recording is played in a loop, or"
+                " elsewhere: time steps back unnoticed, as when the clock is set or a recording is played in a loop, or"
                 " two publishers send at once; cut the recording there, or record it again"
             )
         if _alternates(part.value):

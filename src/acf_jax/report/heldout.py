@@ -45,7 +45,7 @@ def force_error(content: dict[str, Any]) -> Html | None:
 
 
 def peak_errors(diagnosis: Diagnosis) -> Html | None:
-    """Error of each trial's peak over contact velocity; None where no condition is unseen."""
+    """Error of each trial's peak over contact velocity; None where no condition is held out."""
     d = diagnosis
     if d.gap["recalibrated"].peak_rms_percent is None:
         return None

@@ -8,7 +8,7 @@ from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.report.markup import Html
 from acf_jax.report.outlook import Outlook
 from acf_jax.report.plot import CONTACT, LINES, Variant, axis, plot, series
-from acf_jax.report.words import condition, has_unseen
+from acf_jax.report.words import condition, has_held_out
 
 MOST = 60  # trials that the page carries; the others are in the data set
 
@@ -34,7 +34,7 @@ def overlay(diagnosis: Diagnosis, look: Outlook) -> Html | None:
     more = f" The {MOST} trials with the largest gap can be chosen." if (~o.peak_only).sum() > MOST else ""
     by = (
         "by a fit that did not see the trial's condition; the contact force by the fit to all trials"
-        if has_unseen(d)
+        if has_held_out(d)
         else "by the fit to all trials: they have one condition, so none is held out"
     )
     moved = " The robot moves as measured, but for the contact force." if o.robot else ""

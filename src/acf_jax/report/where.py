@@ -6,7 +6,7 @@ from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.where import PHASES, ConditionGap
 from acf_jax.report.markup import Html, element
 from acf_jax.report.plot import Variant, axis, bars, plot, series
-from acf_jax.report.words import condition, has_unseen, listed, percent
+from acf_jax.report.words import condition, has_held_out, listed, percent
 
 ROWS = 24  # conditions that the map shows
 
@@ -56,7 +56,7 @@ def gap_map(diagnosis: Diagnosis) -> Html:
     units = " Phases in units of the recalibrated model's peak time t_max." if phased else ""
     seen = (
         "on conditions that the fit did not see"
-        if has_unseen(diagnosis)
+        if has_held_out(diagnosis)
         else "on the one condition of the fit"
     )
     caption = f"Share of the recalibrated model's {what}, {seen}.{units}{hidden}"

@@ -84,7 +84,7 @@ def condition(v_e: float, f_p: float) -> str:
     return f"{v_e:.3g} m/s, {f_p:.3g} N"
 
 
-def has_unseen(diagnosis: Diagnosis) -> bool:
+def has_held_out(diagnosis: Diagnosis) -> bool:
     """Whether there is a condition that a fit to the others does not see."""
     return len(np.unique(diagnosis.observations.condition)) > 1
 
