@@ -111,7 +111,7 @@ def diagnose(
 ) -> Diagnosis:
     """Where the gap between the paper's model and measured impacts lies, what causes it, and how far it shrinks.
 
-    It takes up to a minute or two.
+    It takes about half a minute, several minutes for rigs with many small effects.
 
     **Arguments:** `data`: a `Recording`, a `DataSet`, or the folder of a data set. `rig`: what is known of the rig, an
     `acf_jax.Prior` or a rig's file; a recording needs it here or in `read_recording`, a data set brings its own, which

@@ -97,7 +97,12 @@ def _start(session: Session) -> Html:
         open=bool(off),
     )
     word = "Diagnose again" if session.is_diagnosed else "Diagnose"
-    told = element("p", "Takes up to a minute or two. It goes on when this page is closed.", class_="muted")
+    told = element(
+        "p",
+        "Takes about half a minute, several minutes for rigs with many small effects. It goes on when this page is"
+        " closed.",
+        class_="muted",
+    )
     return form(
         f"{session.url}/diagnose",
         causes,
