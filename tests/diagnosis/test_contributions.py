@@ -9,6 +9,7 @@ from acf_jax.diagnosis import Diagnosis
 from acf_jax.diagnosis.candidates import fit_more
 from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER, _interval, _shares, contributions
 from acf_jax.evidence.posterior import UNKNOWN, Scored
+from acf_jax.inference.baseline import Ground
 from tests.diagnosis.conftest import KEPT
 
 LEFT = np.linspace(0.01, 0.1, 100)  # of the gap's mean square
@@ -66,7 +67,7 @@ def test_an_effect_adds_to_the_peak_what_it_changes_there(diagnosed: Diagnosis) 
 def test_two_effects_share_what_they_explain(diagnosed: Diagnosis) -> None:
     """A second effect that does nothing takes nothing, whatever the order of adding."""
     d = diagnosed
-    two = fit_more(d.observations, d.corrected, "sensor_scale", [np.array([0.01])])
+    two = fit_more(Ground.of(d.observations, d.corrected), "sensor_scale", [np.array([0.01])])
     scored = [Scored(two.explanation, 1.0)]
     recalibrated = [d.fits[0]]
     found = contributions(d.observations, recalibrated, two, d.held, LEFT, scored, d.component, KEPT, 0)

@@ -11,7 +11,7 @@ import pytest
 from acf_jax.diagnosis.candidates import fit_nominal
 from acf_jax.diagnosis.diagnose import _corrected
 from acf_jax.diagnosis.explain import _Weighed, explain
-from acf_jax.diagnosis.proposals import Leader, add, drop, swap
+from acf_jax.diagnosis.proposals import add, couples, fit_couples, proposed, swap
 from acf_jax.evidence.marginal import Marginal
 from acf_jax.evidence.posterior import UNKNOWN, posterior
 from acf_jax.inference.baseline import Ground
@@ -65,7 +65,7 @@ def test_what_is_missed_by_more_than_forms_are_wrong_is_unknown(
     """The force of a motor at 700 Hz, in another phase at each condition, which no law has."""
     phase = 2 * np.pi * 700 * two.time + 2.0 * two.condition[:, None]
     o = replace(two, force=np.where(two.used, two.force * (1 + 0.3 * np.sin(phase)), 0.0))
-    monkeypatch.setattr(explain_module, "PROPOSALS", ())
+    monkeypatch.setattr(explain_module, "proposed", lambda *given: [])
     fits = [fit_nominal(o), fit(o, ("gravity",), begin(RIG.values, [6.0]))]
     fits.append(fit(o, ("unknown_contact",), begin(RIG.values, starts("unknown_contact", o.measures)[0])))
     _, evidence = explain(o, fits, KEPT)
@@ -81,8 +81,7 @@ def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
     """And from each to the next narrower one with what was found; exact forms are only weighed."""
     sizes: list[float] = []
 
-    def propose(leader: Leader, effects: object, known: set[Explanation]) -> list[Fit]:
-        ground = leader.ground
+    def propose(ground: Ground, effects: object, known: dict[Explanation, float]) -> list[Fit]:
         waves = ground.observations.discrepancy
         sizes.append(float(np.abs(waves.own).max()) if waves else 0.0)
         if len(sizes) > 1:
@@ -90,7 +89,7 @@ def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
             return []
         return [fit(ground.observations, LAWS, begin(RIG.values, [12.0], [0.04]), warm=True)]
 
-    monkeypatch.setattr(explain_module, "PROPOSALS", (propose,))
+    monkeypatch.setattr(explain_module, "proposed", propose)
     fits, evidence = explain(two, alone, KEPT)
     narrowing = sizes[: len(set(sizes))]
     assert narrowing == sorted(narrowing, reverse=True) and len(narrowing) > 2
@@ -102,7 +101,9 @@ def test_the_search_goes_from_wide_discrepancies_to_narrow_ones(
 
 def test_what_breaks_down_without_a_discrepancy_has_no_model_and_is_left_out() -> None:
     rows = [Marginal((), 0.0, 9.0, 0.0), Marginal(("gravity",), 0.3, 1.0, 0.0)]
-    weighed = SimpleNamespace(plain={(): None}, marginals=rows, _considerable=list, _take_apart=list)
+    weighed = SimpleNamespace(
+        plain={(): None}, marginals=rows, _considerable=lambda share: [], _take_apart=list
+    )
     assert [m.explanation for m in _Weighed.with_changes(cast(_Weighed, weighed))] == [()]
 
 
@@ -138,27 +139,37 @@ def test_laws_that_explain_as_well_as_others_are_added_to_as_well() -> None:
     assert _leaders(near | {other: -900.0}) == [pair]
 
 
-def led(o: Observations, fitted: Fit) -> Leader:
-    return Leader.of(Ground.of(o, fitted))
-
-
 def test_each_proposal_changes_one_law(two: Observations, alone: list[Fit]) -> None:
     _, gravity, scale, _ = alone
-    (pair, *_) = add(led(two, gravity), KEPT, ())
+    (pair,) = fit_couples(add(Ground.of(two, gravity), KEPT, {}), near=True)
     assert pair.explanation == LAWS and pair.objective < min(gravity.objective, scale.objective)
-    dropped = {f.explanation: f for f in drop(led(two, pair), KEPT, ())}
-    assert dropped.keys() == {("gravity",), ("sensor_scale",)}
-    assert dropped["sensor_scale",].objective <= scale.objective + 0.1
-    swapped = {f.explanation for f in swap(led(two, pair), KEPT, [LAWS])}
-    assert swapped == {("gravity", "pad_relaxation"), ("pad_relaxation", "sensor_scale")}
-    assert swap(led(two, gravity), KEPT, ()) == []  # every law is fitted alone
+    found = {f.explanation: f for f in proposed(Ground.of(two, pair), KEPT, {LAWS: 0.0})}
+    dropped, swapped = (
+        {("gravity",), ("sensor_scale",)},
+        {("gravity", "pad_relaxation"), ("pad_relaxation", "sensor_scale")},
+    )
+    assert found.keys() == {*dropped, *swapped, KEPT}
+    assert found["sensor_scale",].objective <= scale.objective + 0.1
+    assert swap(Ground.of(two, gravity), KEPT, {}) == []  # every law is fitted alone
 
 
 def test_the_law_that_promises_most_is_added_be_it_little(two: Observations, alone: list[Fit]) -> None:
-    (pair,) = add(led(two, alone[1]), KEPT, ())
-    (triple,) = add(led(two, pair), KEPT, ())
+    (pair,) = fit_couples(add(Ground.of(two, alone[1]), KEPT, {}), near=True)
+    (triple,) = fit_couples(add(Ground.of(two, pair), KEPT, {}), near=True)
     assert triple.explanation == KEPT and pair.objective - 3 < triple.objective <= pair.objective + 0.1
-    assert [f.explanation for f in add(led(two, alone[1]), KEPT, [LAWS])] == [("gravity", "pad_relaxation")]
+    (other,) = add(Ground.of(two, alone[1]), KEPT, {LAWS: 0.0})
+    assert other.explanation == ("gravity", "pad_relaxation")
+
+
+def test_explanations_of_three_laws_share_the_program_that_has_all_of_them(
+    two: Observations, alone: list[Fit]
+) -> None:
+    """Pairs have their own, which other data sets use again."""
+    (pair,) = fit_couples(add(Ground.of(two, alone[1]), KEPT, {}), near=True)
+    assert pair.program == LAWS
+    ground = Ground.of(two, pair)
+    of_three = [c for c in couples(ground, [*KEPT, "sensor_lag"])]
+    assert {f.program for f in fit_couples(of_three, near=True)} == {tuple(sorted((*KEPT, "sensor_lag")))}
 
 
 def test_where_all_laws_are_hopeless_none_leads() -> None:

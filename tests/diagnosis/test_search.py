@@ -33,15 +33,16 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> Any:
         chi_squares: dict[Explanation, float], promises: dict[Explanation, float], mass: float = 0.0
     ) -> list[Explanation]:
         def couples(leader: Any, effects: Sequence[str]) -> list[Couple]:
+            ground: Any = SimpleNamespace(fitted=leader, instead_of=None)
             pairs = [
-                Couple(leader, e, [np.zeros(1)], 0.0, 0.0) for e in effects if e not in leader.explanation
+                Couple(ground, e, [np.zeros(1)], 0.0, 0.0) for e in effects if e not in leader.explanation
             ]
             return [
                 c._replace(gain=g, objective=-g) for c in pairs for g in [promises.get(c.explanation, 0.0)]
             ]
 
-        def more(_: Any, leader: Any, name: str, *rest: Any) -> Any:
-            explanation = tuple(sorted((*leader.explanation, name)))
+        def more(ground: Any, name: str, *rest: Any) -> Any:
+            explanation = tuple(sorted((*ground.fitted.explanation, name)))
             return _fit(explanation, chi_squares.get(explanation, 1000.0))
 
         monkeypatch.setattr(search, "couples", couples)

@@ -12,7 +12,7 @@ from acf_jax.errors import InputError
 from acf_jax.inference.censoring import at_least
 from acf_jax.inference.discrepancy import discrepancy
 from acf_jax.inference.fit import Fit, fit
-from acf_jax.inference.linear import linearise, residual
+from acf_jax.inference.linear import linearise, residuals
 from acf_jax.inference.observations import Observations, observe
 from acf_jax.inference.parameters import begin
 from tests.dataset.impacts import made_up
@@ -82,7 +82,7 @@ def test_a_prediction_below_the_range_is_as_wrong_as_below_a_reading() -> None:
     def whitened(gain: float) -> tuple[np.ndarray, np.ndarray]:
         scaled = replace(short, force=short.force * gain)
         linear = linearise(scaled, ("gravity",), at, fitted.u, fitted.nuisance, fitted.grid)
-        alone = residual(scaled, ("gravity",), fitted.theta, fitted.nuisance, fitted.grid)
+        (alone,) = residuals(scaled, ("gravity",), fitted.theta[None], fitted.nuisance, fitted.grid)
         assert alone == pytest.approx(linear.residual, abs=1e-9)
         return linear.residual[short.censored], linear.by_parameter.swapaxes(1, 2)[short.censored]
 
@@ -111,7 +111,7 @@ def test_waves_of_a_discrepancy_act_on_bounds_as_on_readings() -> None:
         theta, nuisance = fitted.theta.copy(), fitted.nuisance.copy()
         theta[-o.n_shared] += shared
         nuisance[:, -o.n_shared] += own
-        return residual(higher, ("gravity",), theta, nuisance, fitted.grid)
+        return residuals(higher, ("gravity",), theta[None], nuisance, fitted.grid)[0]
 
     step, bounds = 1e-4, o.censored
     assert o.discrepancy is not None and o.n_shared == o.discrepancy.own.shape[1]

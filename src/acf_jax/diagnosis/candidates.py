@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from acf_jax.effects import AbstractOscillator, library
-from acf_jax.inference.baseline import Ground, Promise
+from acf_jax.inference.baseline import Ground, Promise, with_one_more
 from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import (
@@ -18,7 +18,6 @@ from acf_jax.inference.parameters import (
     classes,
     is_free_curve,
     parameters,
-    places,
     starts,
 )
 
@@ -146,31 +145,31 @@ def _begun_at_mode_of(observations: Observations, explanation: Explanation, othe
 
 
 def fit_more(
-    observations: Observations,
-    fitted: Fit,
+    ground: Ground,
     name: str,
     begins: Sequence[np.ndarray],
     iterations: int = ITERATIONS,
     near: bool = False,
+    program: Explanation | None = None,
 ) -> Fit:
-    """A fitted explanation with one more effect, begun where that promises something and at its strong start.
+    """A fit with one more effect, begun where that promises something and at its strong start.
 
     `begins`: `Promise.parameters` of each promise. `near`: the fit leaves so little that what was promised is near the
     answer: it begins there alone.
     """
-    explanation = tuple(sorted((*fitted.explanation, name)))
-
-    def beside(start: np.ndarray) -> np.ndarray:
-        physical = np.empty(len(parameters(explanation)))
-        physical[places(fitted.explanation, explanation)] = fitted.physical
-        physical[places((name,), explanation)[len(RIG) :]] = start
-        return np.append(physical, fitted.common)
-
+    observations, fitted = ground.observations, ground.fitted
+    explanation = one_more(ground, name)
     strong = np.array(starts(name, observations.measures)[-1])
+    thetas = with_one_more(fitted, name, begins if near else [strong, *begins], ground.instead_of)
     return best(
-        fit(observations, explanation, beside(start), fitted.nuisance, warm=near, iterations=iterations)
-        for start in (begins if near else [strong, *begins])
+        fit(observations, explanation, theta, fitted.nuisance, near, iterations, program=program)
+        for theta in thetas
     )
+
+
+def one_more(ground: Ground, name: str) -> Explanation:
+    """The explanation of a ground with one more effect."""
+    return tuple(sorted((*(law for law in ground.fitted.explanation if law != ground.instead_of), name)))
 
 
 def go_on(observations: Observations, fitted: Fit, warm: bool = False) -> Fit:

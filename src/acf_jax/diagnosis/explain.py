@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax.diagnosis.candidates import best_of_each, in_parallel
-from acf_jax.diagnosis.proposals import NEAR, PROPOSALS, Leader, without_each
+from acf_jax.diagnosis.proposals import HOPELESS, NEAR, proposed, without_each
 from acf_jax.evidence.marginal import Marginal, marginal
 from acf_jax.evidence.posterior import log_posterior
 from acf_jax.inference.baseline import Ground
@@ -32,9 +32,9 @@ from acf_jax.inference.small_effects import small_effects
 
 SINGLES, SEVERAL = 6, 8  # explanations by one law, and by several, that are fitted beside a discrepancy
 WHOLE = 4  # of those by several, whose parts are, too
-BEHIND = 20.0  # log probability by which an explanation may lie behind and still be a start
-HOPELESS = 2 * BEHIND  # the same beside one size of the discrepancy, from which on no other size is tried
+BEHIND = HOPELESS / 2  # log probability by which an explanation may lie behind and still be a start
 NEGLIGIBLE = 1e-4  # of the probability of the best: what is so improbable is tried with no other size
+STATED = 1e-2  # the same, from which on it matters by which laws an explanation is stated
 EXACT = 0.1  # log probability that an iteration has to gain
 ROUNDS = 4  # of proposals beside each size at most: it bounds the time, since each adds a law or ends
 NARROWING = sorted((s for s in SIZES if s <= FORMS), reverse=True)  # sizes of the discrepancy as searched
@@ -75,9 +75,8 @@ def _improve(weighed: "_Weighed", effects: Sequence[str], leaders: Callable[[], 
         new = [m for m in leaders() if (m.explanation, m.discrepancy) not in asked]
         asked |= {(m.explanation, m.discrepancy) for m in new}
         for leader in new:
-            begun, known = Leader.of(weighed.ground(leader)), weighed.known(leader.discrepancy)
-            found = chain.from_iterable(propose(begun, effects, known) for propose in PROPOSALS)
-            weighed.take(best_of_each(found), leader.discrepancy)
+            begun, known = weighed.ground(leader), weighed.known(leader.discrepancy)
+            weighed.take(best_of_each(proposed(begun, effects, known)), leader.discrepancy)
 
 
 class _End(NamedTuple):
@@ -134,9 +133,9 @@ class _Weighed:
         noise, exact = self.observations[size].whiten, self.observations[0.0].whiten
         return marginal(fitted, size, noise.log_volume - exact.log_volume)
 
-    def known(self, size: float) -> set[Explanation]:
-        """What is weighed beside a size."""
-        return {e for e, beside in self.ends if beside == size}
+    def known(self, size: float) -> dict[Explanation, float]:
+        """What is weighed beside a size, with its log evidence."""
+        return {e: end.evidence.log_z for (e, beside), end in self.ends.items() if beside == size}
 
     def beside_all(self, explanations: Sequence[Explanation]) -> None:
         """Weigh fitted explanations beside each size, the largest first: who is hopeless there, is so beside all."""
@@ -154,7 +153,8 @@ class _Weighed:
     def _widen(self, wider: float) -> bool:
         """Go on to a wider size where the best explanation beside the widest one is more probable; whether it is."""
         widest = self.sizes[0]
-        best = max(self.known(widest), key=lambda e: self.ends[e, widest].evidence.log_z)
+        known = self.known(widest)
+        best = max(known, key=lambda e: known[e])
         self._add(wider)
         fitted = self._fitted(wider, best, widest)
         if self._evidence(fitted, wider).log_z > self.ends[best, widest].evidence.log_z:
@@ -204,7 +204,7 @@ class _Weighed:
 
     def complete(self) -> None:
         """Weigh beside every size, and alone, what is not negligible."""
-        considerable = self._considerable()
+        considerable = self._considerable(NEGLIGIBLE)
         for size in (*self.sizes, 0.0):
             self._weigh(size, considerable)
 
@@ -214,7 +214,8 @@ class _Weighed:
         An explanation whose fit breaks down without a discrepancy has no model, and is left out; so is what was found
         beside one size and is negligible, which is fitted beside no other.
         """
-        laws = [e for e in self._considerable() if len(e) > 1 and e in self.plain and not is_free_curve(e)]
+        several = (e for e in self._considerable(STATED) if len(e) > 1 and not is_free_curve(e))
+        laws = [e for e in several if e in self.plain]
         self._take_apart(laws)
         whole = [e for e in laws if {*rests(e)} <= self.plain.keys()]
         tasks = [partial(changes, self.plain[e], [self.plain[rest] for rest in rests(e)]) for e in whole]
@@ -228,10 +229,10 @@ class _Weighed:
         found = chain.from_iterable(without_each(exact, self.plain[e], known) for e in explanations)
         self.take(best_of_each(found), 0.0)
 
-    def _considerable(self) -> list[Explanation]:
-        """What is not negligible beside some size."""
+    def _considerable(self, share: float) -> list[Explanation]:
+        """What has at least this share of the probability of the best, beside some size."""
         log_p = log_posterior(self.marginals)
-        enough = log_p.max() + np.log(NEGLIGIBLE)
+        enough = log_p.max() + np.log(share)
         return sorted(
             {m.explanation for m, p in zip(self.marginals, log_p.tolist(), strict=True) if p > enough}
         )
@@ -260,7 +261,7 @@ class _Weighed:
 
     def _near(self, size: float) -> set[Explanation]:
         """Explanations that are not hopeless beside a size."""
-        log_z = {e: self.ends[e, size].evidence.log_z for e in self.known(size)}
+        log_z = self.known(size)
         return {e for e, value in log_z.items() if value > max(log_z.values()) - HOPELESS}
 
 

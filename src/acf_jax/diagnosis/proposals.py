@@ -1,25 +1,29 @@
 """Proposals of a search over explanations: a law added to some, dropped from them, or swapped for another."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import fit_more, in_parallel, promised
+from acf_jax.diagnosis.candidates import fit_more, in_parallel, one_more, promised
 from acf_jax.inference.baseline import Ground
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, places, rests
 
 NEAR = 20  # iterations of a fit that begins near its optimum
+SHARED = 3  # laws from which on explanations share a program: pairs are met again, and there are thousands of triples
+HOPELESS = 40.0  # log evidence by which an explanation lies so far behind that nothing like it is tried
+
+Known = Mapping[Explanation, float]  # what is fitted already, with its log evidence
 
 
 class Couple(NamedTuple):
-    """A fit, the law it is to get besides and from where, and what that promises."""
+    """What fits begin beside, the law that they are to get, from where, and what that promises."""
 
-    leader: Fit
+    ground: Ground
     name: str
     begins: Sequence[np.ndarray]
     gain: float  # in chi-square
@@ -27,65 +31,61 @@ class Couple(NamedTuple):
 
     @property
     def explanation(self) -> Explanation:
-        """Of both together."""
-        return tuple(sorted((*self.leader.explanation, self.name)))
-
-
-class Leader(NamedTuple):
-    """What proposals start from."""
-
-    ground: Ground
-    rests: Sequence[Fit]  # without each of its laws, or its free curve
-
-    @classmethod
-    def of(cls, ground: Ground) -> "Leader":
-        """The fit of a ground, and what is left of it without each of its laws, fitted again."""
-        return cls(ground, without_each(ground.observations, ground.fitted, ()))
+        """With the law."""
+        return one_more(self.ground, self.name)
 
 
 def couples(ground: Ground, effects: Sequence[str]) -> list[Couple]:
-    """The fit of a ground with each effect that it does not have, and what that promises to first order."""
-    leader = ground.fitted
-    names = [name for name in effects if name not in leader.explanation]
+    """Each effect that the fit of a ground does not have, and what it promises to first order."""
+    names, left = [name for name in effects if name not in ground.fitted.explanation], ground.projector.left
     of_each = in_parallel([partial(promised, ground, name) for name in names])
     return [
-        Couple(leader, name, [p.parameters for p in own], own[0].gain, leader.objective - 0.5 * own[0].gain)
+        Couple(ground, name, [p.parameters for p in own], own[0].gain, left - 0.5 * own[0].gain)
         for name, own in zip(names, of_each, strict=True)
     ]
 
 
-def fit_couples(
-    o: Observations, wanted: Iterable[Couple], iterations: int = ITERATIONS, near: bool = False
-) -> list[Fit]:
-    """The fits of couples; `near` as in `fit_more`."""
-    return in_parallel([partial(fit_more, o, c.leader, c.name, c.begins, iterations, near) for c in wanted])
+def fit_couples(wanted: Sequence[Couple], iterations: int = ITERATIONS, near: bool = False) -> list[Fit]:
+    """The fits of couples; `near` as in `fit_more`.
+
+    Those of many laws share one program, which has all of them: compiling takes longer than fitting.
+    """
+    several = [c for c in wanted if len(c.explanation) >= SHARED]
+    laws = {name for c in several for name in (*c.ground.fitted.program, c.name)}
+    program = tuple(sorted(laws))
+
+    def fitted(couple: Couple) -> Fit:
+        shared = program if len(couple.explanation) >= SHARED else None
+        return fit_more(couple.ground, couple.name, couple.begins, iterations, near, shared)
+
+    return in_parallel([partial(fitted, couple) for couple in wanted])
 
 
-def add(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
-    """The fit with one more law: the one that promises most, be it little, since fits gain more than they promise."""
-    ground = leader.ground
-    return fit_couples(ground.observations, _best(couples(ground, effects), known), NEAR, near=True)
+def proposed(leader: Ground, effects: Sequence[str], known: Known) -> list[Fit]:
+    """The fits that are proposed from the fit of a ground, but for those known."""
+    rests = without_each(leader.observations, leader.fitted, known)
+    return [
+        *rests,
+        *fit_couples([*add(leader, effects, known), *swap(leader, effects, known)], NEAR, near=True),
+    ]
 
 
-def drop(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
-    """The fit without each of its laws, or of its free curve."""
-    return list(leader.rests)
+def add(leader: Ground, effects: Sequence[str], known: Known) -> list[Couple]:
+    """One law more: the one that promises most, be it little, since fits gain more than they promise."""
+    return _best(couples(leader, effects), known)
 
 
-def swap(leader: Leader, effects: Sequence[str], known: Iterable[Explanation]) -> list[Fit]:
-    """The fit with another law in place of each of its own: the one that promises most, to what is left without that.
+def swap(leader: Ground, effects: Sequence[str], known: Known) -> list[Couple]:
+    """Another law in place of each: the one that promises most where that is taken out.
 
     Of all together those that promise most would be in place of small laws: large ones have their imitators, too.
     """
-    ground = leader.ground
-    if len(ground.fitted.explanation) == 1:
+    explanation = leader.fitted.explanation
+    if len(explanation) == 1:
         return []  # every law is fitted alone
-    of_each = [_best(couples(ground.beside(rest), effects), known) for rest in leader.rests]
-    return fit_couples(ground.observations, chain.from_iterable(of_each), NEAR, near=True)
-
-
-Proposal = Callable[[Leader, Sequence[str], Iterable[Explanation]], list[Fit]]
-PROPOSALS: tuple[Proposal, ...] = (add, drop, swap)
+    replaced = [law for law in explanation if not _is_needed(law, explanation, known)]
+    of_each = [_best(couples(leader.without(law), effects), known) for law in replaced]
+    return list(chain.from_iterable(of_each))
 
 
 def without(o: Observations, fitted: Fit, rest: Explanation) -> Fit:
@@ -94,13 +94,22 @@ def without(o: Observations, fitted: Fit, rest: Explanation) -> Fit:
     return fit(o, rest, theta, fitted.nuisance, warm=True, iterations=NEAR, program=fitted.program)
 
 
-def without_each(o: Observations, fitted: Fit, known: Iterable[Explanation]) -> list[Fit]:
-    """A fit without each of its laws, but for what is known."""
-    done = set(known)
-    return in_parallel([partial(without, o, fitted, r) for r in rests(fitted.explanation) if r not in done])
+def without_each(o: Observations, fitted: Fit, known: Known) -> list[Fit]:
+    """A fit without each of its laws, or without its free curve, but for what is known."""
+    return in_parallel([partial(without, o, fitted, r) for r in rests(fitted.explanation) if r not in known])
 
 
-def _best(found: Iterable[Couple], known: Iterable[Explanation]) -> list[Couple]:
+def _is_needed(law: str, explanation: Explanation, known: Known) -> bool:
+    """Whether beside fewer of the laws all that was tried in place of one is hopeless."""
+    whole = set(explanation)
+    for fewer in (e for e in known if law in e and len(e) > 1 and set(e) < whole):
+        others = set(fewer) - {law}
+        instead = [z for e, z in known.items() if len(e) == len(fewer) and law not in e and others < set(e)]
+        if instead and max(instead) < known[fewer] - HOPELESS:
+            return True
+    return False
+
+
+def _best(found: Iterable[Couple], known: Known) -> list[Couple]:
     """The one that promises most, of those that are not known."""
-    done = set(known)
-    return sorted((c for c in found if c.explanation not in done), key=lambda c: c.objective)[:1]
+    return sorted((c for c in found if c.explanation not in known), key=lambda c: c.objective)[:1]

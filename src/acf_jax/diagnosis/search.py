@@ -109,7 +109,7 @@ def _grow(observations: Observations, leaders: Sequence[Fit], effects: Sequence[
     for couple in sorted(found, key=lambda c: c.objective):
         if couple.gain > WORTH_ONE_MORE and len(wanted) < PAIRS:
             wanted.setdefault(couple.explanation, couple)
-    return fit_couples(observations, wanted.values())
+    return fit_couples(list(wanted.values()))
 
 
 def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
@@ -131,19 +131,19 @@ def _try_all(observations: Observations, alone: Sequence[Fit]) -> list[Fit]:
 
     of_first, *of_next = couples_of(alone[:BEGINNINGS])
     tried = [*of_first, *promising(chain(*of_next), TRIED)]
-    best = _glance(observations, tried)
+    best = _glance(tried)
     # an effect of the best pair may stand in for one much like it
     members = [f for f in alone if best and f.explanation[0] in best[0].explanation]
     known = {glance.explanation for glance in best}
     swaps = [
         c for c in chain(*couples_of(members)) if c.name in names[:LEADERS] and c.explanation not in known
     ]
-    best = best_of_each([*best, *_glance(observations, swaps)])
+    best = best_of_each([*best, *_glance(swaps)])
     if best and _left(observations, best) > FAR:
-        done = {(c.leader.explanation, c.name) for c in (*tried, *swaps)}
+        done = {(c.ground.fitted.explanation, c.name) for c in (*tried, *swaps)}
         of_each = chain(*(promising(own, FURTHER) for own in couples_of(alone)))
-        others = [c for c in of_each if (c.leader.explanation, c.name) not in done]
-        best = best_of_each([*best, *_glance(observations, others)])
+        others = [c for c in of_each if (c.ground.fitted.explanation, c.name) not in done]
+        best = best_of_each([*best, *_glance(others)])
     chosen = best[:PAIRS]  # the best first, so that those near it come before the others
     return _carried_on(observations, [[glance] for glance in chosen])
 
@@ -168,9 +168,9 @@ def _carried_on(
     return candidates.in_parallel([partial(end, own) for own in of_each if own])
 
 
-def _glance(observations: Observations, wanted: Sequence[Couple]) -> list[Fit]:
+def _glance(wanted: Sequence[Couple]) -> list[Fit]:
     """Fits of a few iterations, the best of each explanation, the best first."""
-    return best_of_each(fit_couples(observations, wanted, candidates.GLANCE))
+    return best_of_each(fit_couples(wanted, candidates.GLANCE))
 
 
 def _left(observations: Observations, fits: Iterable[Fit]) -> float:

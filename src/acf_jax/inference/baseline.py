@@ -7,9 +7,18 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.linear import is_bounded, residual
+from acf_jax.inference.linear import is_bounded, residuals
 from acf_jax.inference.observations import Observations
-from acf_jax.inference.parameters import RIG, Explanation, every_effect, looks, starts
+from acf_jax.inference.parameters import (
+    RIG,
+    Explanation,
+    every_effect,
+    looks,
+    parameters,
+    places,
+    starts,
+    switched_off,
+)
 from acf_jax.inference.projection import Projector
 
 
@@ -23,33 +32,41 @@ class Promise(NamedTuple):
 
 @dataclass(frozen=True)
 class Ground:
-    """A fitted rig without any effect, on which effects are tried one by one."""
+    """A fit, beside which effects are tried one by one."""
 
     observations: Observations
-    rig: Fit  # whose rig and nuisances are kept, and whose effects are left out
-    fitted: Fit  # what effects would be added to: the same fit, or one with other effects beside the same rig
+    fitted: Fit
     projector: Projector  # what the fit's own parameters could imitate
-    bare: np.ndarray  # (trials, n) whitened residual without any effect
+    bare: np.ndarray  # (trials, n) of `residuals`, of the fit
     known: dict[tuple[str, tuple[float, ...]], np.ndarray]  # signatures of effects with their starts
+    instead_of: str | None = None  # the law of the fit in whose place effects are tried
 
     @classmethod
     def of(cls, observations: Observations, fitted: Fit) -> "Ground":
-        """The rig of a fit."""
-        bare = _residual(observations, fitted, (), [])
-        return cls(observations, fitted, fitted, Projector.of(fitted), bare, {})
+        """The ground of a fit."""
+        (bare,) = _residuals(observations, fitted, fitted.explanation, fitted.theta[None])
+        return cls(observations, fitted, Projector.of(fitted), bare, {})
 
-    def beside(self, fitted: Fit) -> "Ground":
-        """The same rig under a fit that has other effects and the same rig and nuisances."""
-        return replace(self, fitted=fitted, projector=Projector.of(fitted))
+    def without(self, law: str) -> "Ground":
+        """The same with a law taken out, all else as it is: that is nearer to a fit with a law like it than what is
+        fitted again without it."""
+        fitted = self.fitted
+        theta = switched_off(fitted.explanation, fitted.theta, [law])
+        (residual,) = _residuals(self.observations, fitted, fitted.explanation, theta[None])
+        change = residual - self.bare
+        return replace(self, projector=Projector.without(fitted, law, change), instead_of=law)
 
     def signatures(
         self, name: str, begins: Sequence[list[float]]
     ) -> Iterator[tuple[list[float], np.ndarray]]:
         """Of each start the whitened change of the prediction."""
-        for start in begins:
-            key = name, tuple(start)
-            if key not in self.known:
-                self.known[key] = self.bare - _residual(self.observations, self.rig, (name,), start)
+        keys = [(name, tuple(start)) for start in begins]
+        if new := [key for key in keys if key not in self.known]:
+            theta = with_one_more(self.fitted, name, [start for _, start in new])
+            explanation = tuple(sorted((*self.fitted.explanation, name)))
+            found = _residuals(self.observations, self.fitted, explanation, theta)
+            self.known.update(zip(new, self.bare - found, strict=True))
+        for start, key in zip(begins, keys, strict=True):
             if is_bounded(self.known[key]):
                 yield start, self.known[key]
 
@@ -58,7 +75,7 @@ class Ground:
         return self.promises(name)[0]
 
     def promises(self, name: str) -> list[Promise]:
-        """How much of what the fit leaves an effect explains, over its starts and where else fits look, the best first.
+        """How much of what is left an effect explains, over its starts and where else fits look, the best first.
 
         To first order: a signature s takes (r' P s)^2 / s' P s of the residual r, with a sign that the effect allows.
         Its strengths are scaled to that. A mass on a spring, scaled, would ring at another frequency: where strengths
@@ -83,9 +100,20 @@ class Ground:
         return [best, *sorted(crests, key=lambda p: -p.gain)]
 
 
-def _residual(
-    observations: Observations, fitted: Fit, explanation: Explanation, start: list[float]
+def with_one_more(
+    fitted: Fit, name: str, begins: Sequence[Sequence[float] | np.ndarray], instead_of: str | None = None
 ) -> np.ndarray:
-    """(trials, n) whitened measured minus predicted with an effect on the fitted rig."""
-    theta = np.concatenate([fitted.theta[: len(RIG)], start, fitted.common])
-    return residual(observations, explanation, theta, fitted.nuisance, fitted.grid._replace(program=None))
+    """Parameters (k, p) of a fit with one more effect, with each of its values, in place of a law or besides all."""
+    rest = tuple(law for law in fitted.explanation if law != instead_of)
+    explanation = tuple(sorted((*rest, name)))
+    physical = np.empty((len(begins), len(parameters(explanation))))
+    physical[:, places(rest, explanation)] = fitted.physical[places(rest, fitted.explanation)]
+    physical[:, places((name,), explanation)[len(RIG) :]] = begins
+    return np.hstack([physical, np.tile(fitted.common, (len(begins), 1))])
+
+
+def _residuals(
+    observations: Observations, fitted: Fit, explanation: Explanation, theta: np.ndarray
+) -> np.ndarray:
+    """(k, trials, n) whitened residuals of parameters (k, p), with the nuisances of a fit."""
+    return residuals(observations, explanation, theta, fitted.nuisance, fitted.grid)

@@ -1,4 +1,5 @@
-"""One compiled program an explanation: forces of all trials and their derivatives in every free parameter."""
+"""Forces of all trials: one compiled program an explanation with derivatives in every free parameter, one for all laws
+without."""
 
 import dataclasses
 import functools
@@ -11,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from acf_jax import effects
 from acf_jax.dataset import LowPass
 from acf_jax.dataset.low_pass import Filter
 from acf_jax.effects import AbstractEffect
@@ -22,7 +24,7 @@ from acf_jax.inference.robot_motion import ERRORS, NODES, MeasuredMotion, RobotM
 from acf_jax.kept import kept
 from acf_jax.model import Impact, Rig
 from acf_jax.simulator.derivatives import simulate_with_derivatives
-from acf_jax.simulator.simulate import System, make_system
+from acf_jax.simulator.simulate import Response, System, make_system, simulate
 
 STEP_PER_RADIAN = 0.1  # omega h of the grid
 SAMPLES = 1024  # length of the grid; only as much of it is computed as the trials need
@@ -129,20 +131,33 @@ def system_of(
     **Arguments:** `z`: the explanation's parameters, v_E, F_P and, of a robot that moves as measured, the `q` errors of
     that; `moves` are then velocity and displacement of `MeasuredMotion`, at nodes so many s apart as `spacing` says.
     """
+    return make_system(*_acting(explanation, z, *moves, reach=reach, spacing=spacing), pull, tool_mass)
+
+
+def _acting(
+    explanation: Explanation,
+    z: Float[Array, " p+2+q"],
+    *moves: Float[Array, "parts nodes"],
+    reach: Scalar | float = np.inf,
+    spacing: Scalar | float | None = None,
+) -> tuple[Rig, Impact, list[AbstractEffect]]:
     p = len(parameters(explanation))
-    rig, effects = unpack(explanation, z[:p], reach)
+    rig, acting = unpack(explanation, z[:p], reach)
     if spacing is not None:
         weight = jnp.concatenate([jnp.ones(1), z[p + 2 :]])
         velocity, displacement = moves
-        effects.append(MeasuredMotion(spacing, velocity, displacement, weight))
-    return make_system(rig, Impact(z[p], z[p + 1]), effects, pull, tool_mass)
+        acting.append(MeasuredMotion(spacing, velocity, displacement, weight))
+    return rig, Impact(z[p], z[p + 1]), acting
 
 
 @functools.lru_cache(PROGRAMS)
 def _program(
-    explanation: Explanation, is_moved: bool, has_tool: bool, block: int
+    explanation: Explanation, is_moved: bool, has_tool: bool, block: int, is_plain: bool = False
 ) -> Callable[..., tuple[Array, Array]]:
-    """Of so many impacts as a `block` has; `is_moved`: whose robots move as measured; `has_tool`: before the sensor."""
+    """Of so many impacts as a `block` has; `is_moved`: whose robots move as measured; `has_tool`: before the sensor.
+
+    `is_plain`: without derivatives.
+    """
 
     def program(
         z: Float[Array, "trials p+2+q"],
@@ -153,16 +168,28 @@ def _program(
         tool_mass: Scalar | None = None,
         spacing: Scalar | None = None,
         *moves: Float[Array, "parts nodes trials"],
-    ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples p+q+3 trials"]]:
-        make = partial(system_of, explanation, pull=pull, reach=reach, spacing=spacing, tool_mass=tool_mass)
-        return simulate_with_derivatives(make, z, h, SAMPLES, steps, moves)
+    ) -> tuple[Float[Array, "samples trials"], Float[Array, "samples rows trials"]]:
+        if not is_plain:
+            make = partial(
+                system_of, explanation, pull=pull, reach=reach, spacing=spacing, tool_mass=tool_mass
+            )
+            return simulate_with_derivatives(make, z, h, SAMPLES, steps, moves)
+
+        def one(z: Float[Array, " p+2+q"], *moves: Float[Array, "parts nodes"]) -> Response:
+            acting = _acting(explanation, z, *moves, reach=reach, spacing=spacing)
+            return simulate(*acting, h, SAMPLES, steps, pull, tool_mass)
+
+        found = jax.vmap(one, in_axes=(0, *(-1 for _ in moves)), out_axes=-1)(z, *moves)
+        return found.contact, found.sensed[:, None]
 
     number = jax.ShapeDtypeStruct((), float)
     z = jax.ShapeDtypeStruct((block, len(parameters(explanation)) + 2 + ERRORS * is_moved), float)
     steps = jax.ShapeDtypeStruct((), int)
     moves = jax.ShapeDtypeStruct((1 + ERRORS, NODES, block), float)
     motion = (number, moves, moves) if is_moved else ()
-    name = f"forward {explanation}{' as measured' * is_moved}{' behind a tool' * has_tool}"
+    name = (
+        f"forward {explanation}{' as measured' * is_moved}{' behind a tool' * has_tool}{' plain' * is_plain}"
+    )
     tool = number if has_tool else None
     return kept(program, name, (z, number, steps, number, number, tool, *motion), MADE_OF)
 
@@ -199,20 +226,73 @@ def forward(
 
     **Returns:** `Forces`; not finite where the integration is unstable.
     """
-    n, used = len(v_e), grid.steps + 1
     program = grid.program or explanation
-    if program != explanation:
-        own = places(explanation, program)
-        theta, narrow = np.concatenate([theta[: len(RIG)], neutral(program)]), theta
-        theta[own] = narrow
-    z = np.column_stack([np.tile(theta, (n, 1)), v_e, f_p])
+    rows = _run(
+        program, False, _widened(explanation, program, theta), v_e, f_p, grid, reach, robot, error, steps
+    )
+    if program == explanation:
+        return rows
+    own = places(explanation, program)
+    kept = np.concatenate([[0], 1 + own, np.arange(1 + len(parameters(program)), rows.rows.shape[1])])
+    return rows._replace(rows=rows.rows[:, kept])
+
+
+def forward_plain(
+    explanation: Explanation,
+    theta: np.ndarray,
+    v_e: np.ndarray,
+    f_p: np.ndarray,
+    grid: Grid,
+    robot: RobotMotion | None = None,
+    error: np.ndarray | None = None,
+    steps: np.ndarray | None = None,
+) -> Forces:
+    """Forces of trials with parameters of their own, theta (trials, p); other arguments as of `forward`.
+
+    One program does for every explanation: it has all laws, most of them without strength.
+
+    **Returns:** `Forces` without tangents.
+    """
+    program = tuple(sorted({*effects.library(), *explanation}))
+    theta = _widened(explanation, program, theta)
+    return _run(program, True, theta, v_e, f_p, grid, np.inf, robot, error, steps)
+
+
+def _widened(explanation: Explanation, program: Explanation, theta: np.ndarray) -> np.ndarray:
+    """Parameters (..., p) of a program that has more effects, which change nothing."""
+    if program == explanation:
+        return theta
+    rig = np.zeros((*theta.shape[:-1], len(RIG)))
+    wide = np.concatenate(
+        [rig, np.broadcast_to(neutral(program), (*rig.shape[:-1], len(neutral(program))))], -1
+    )
+    wide[..., places(explanation, program)] = theta
+    return wide
+
+
+def _run(
+    program: Explanation,
+    is_plain: bool,
+    theta: np.ndarray,
+    v_e: np.ndarray,
+    f_p: np.ndarray,
+    grid: Grid,
+    reach: float,
+    robot: RobotMotion | None,
+    error: np.ndarray | None,
+    steps: np.ndarray | None,
+) -> Forces:
+    """The forces that a program gives, with all derivatives that it has; theta (p,) or (trials, p)."""
+    n, used = len(v_e), grid.steps + 1
+    z = np.column_stack([np.broadcast_to(theta, (n, theta.shape[-1])), v_e, f_p])
     if robot:
         z = np.column_stack([z, np.zeros((n, ERRORS)) if error is None else error])
     needed = np.full(n, grid.steps) if steps is None else np.minimum(steps, grid.steps)
-    contact, rows = np.zeros((n, used)), np.zeros((n, z.shape[1] + 1, used))
-    run = _program(program, robot is not None, grid.tool_mass is not None, grid.block)
-    for here in _blocks(needed, grid.block):
-        padded = here[np.arange(grid.block) % len(here)]
+    contact, rows = np.zeros((n, used)), np.zeros((n, 1 if is_plain else z.shape[1] + 1, used))
+    block = BLOCKS[0] if is_plain else grid.block
+    run = _program(program, robot is not None, grid.tool_mass is not None, block, is_plain)
+    for here in _blocks(needed, block):
+        padded = here[np.arange(block) % len(here)]
         motion: tuple[Any, ...] = ()
         if robot:
             moves = robot.of(padded)
@@ -227,6 +307,4 @@ def forward(
             2  # the step at first contact is at time 0, not in the middle of the interval before it
         )
         rows = Filter(grid.low_pass, grid.h)(rows)
-    if program != explanation:
-        rows = rows[:, np.concatenate([[0], 1 + own, np.arange(1 + len(theta), rows.shape[1])])]
     return Forces(contact, rows)

@@ -7,11 +7,12 @@ complement, so the cost is linear in trials.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from acf_jax.inference.censoring import at_least
-from acf_jax.inference.forward import Forces, Grid, forward
+from acf_jax.inference.forward import Forces, Grid, forward, forward_plain
 from acf_jax.inference.interpolation import combine, combine_row, peak_of, taps
 from acf_jax.inference.observations import N_NUISANCE, Observations, Waves
 from acf_jax.inference.parameters import COMMON, Coordinates, Explanation, parameters
@@ -80,12 +81,25 @@ def linearise(
         return compare(observations, forces, at.jacobian(u), theta[count:], nuisance, grid.h)
 
 
-def residual(
-    observations: Observations, explanation: Explanation, theta: np.ndarray, nuisance: np.ndarray, grid: Grid
+def residuals(
+    o: Observations, explanation: Explanation, theta: np.ndarray, nuisance: np.ndarray, grid: Grid
 ) -> np.ndarray:
-    """(trials, n) the whitened residual alone, of parameters in SI units: a fraction of the time of `linearise`."""
-    forces = _forces(observations, explanation, theta, nuisance, grid)
-    return residual_of(observations, forces, theta[len(parameters(explanation)) :], nuisance, grid.h)
+    """(k, trials, n) the whitened residuals alone, of parameters (k, p) in SI units that share what is common.
+
+    A fraction of the time of `linearise`, and one compiled program for all explanations. Trials of one condition have
+    the force of their mean: two residuals tell what parameters change.
+    """
+    p, n = len(parameters(explanation)), int(o.simulated.max()) + 1
+    common = theta[0, p:]
+    at, each = _impacts(o, nuisance, common, grid.h), np.tile(np.arange(n), len(theta))
+    v_e, f_p = at.mean[each].T
+    error = None if at.error is None else at.error[each]
+    robot, steps = o.robot and o.robot.of(each), at.steps[each]
+    found = forward_plain(
+        explanation, np.repeat(theta[:, :p], n, axis=0), v_e, f_p, grid, robot, error, steps
+    )
+    of_trials = (Forces(*(part[k + o.simulated] for part in found)) for k in range(0, len(each), n))
+    return np.stack([residual_of(o, forces, common, nuisance, grid.h) for forces in of_trials])
 
 
 def residual_of(
@@ -133,23 +147,37 @@ def _forces(
     grid: Grid,
     reach: float = np.inf,
 ) -> Forces:
-    """Each simulation is at the mean of its trials, which are to first order beside it.
+    physical, common = np.split(theta, [len(parameters(explanation))])
+    at = _impacts(o, nuisance, common, grid.h)
+    v_e, f_p = at.mean.T
+    found = forward(explanation, physical, v_e, f_p, grid, reach, o.robot, at.error, at.steps)
+    rows = found.rows[o.simulated]
+    slopes = rows[:, 1 + len(physical) : 3 + len(physical)]
+    with np.errstate(over="ignore", invalid="ignore"):  # of an unstable integration
+        rows[:, 0] += (at.beside[:, None] @ slopes)[:, 0]
+    return Forces(found.contact[o.simulated], rows)
+
+
+class _Impacts(NamedTuple):
+    """What is simulated: conditions at the mean of their trials, which are to first order beside it.
 
     In velocity and pretension the paper's model is linear, and laws bend little where repeats differ.
     """
-    physical, common = np.split(theta, [len(parameters(explanation))])
+
+    mean: np.ndarray  # (simulated, 2) m/s, N
+    beside: np.ndarray  # (trials, 2) the same, of each trial less that
+    error: np.ndarray | None  # (simulated, q) of a measured motion, of which each trial is simulated
+    steps: np.ndarray  # (simulated,) that each needs
+
+
+def _impacts(o: Observations, nuisance: np.ndarray, common: np.ndarray, h: float) -> _Impacts:
     impacts = np.column_stack([o.v_e, o.f_p]) + nuisance[:, :2] * o.nuisance_std[:, :2]
-    error = motion_errors(o, nuisance, common)  # then each trial is simulated
-    steps = steps_of(o, grid.h)
+    steps = steps_of(o, h)
     mean = np.zeros((len(steps), 2))
     np.add.at(mean, o.simulated, impacts)
     mean /= np.bincount(o.simulated)[:, None]
-    v_e, f_p = mean.T
-    found = forward(explanation, physical, v_e, f_p, grid, reach, o.robot, error, steps)
-    rows, beside = found.rows[o.simulated], impacts - mean[o.simulated]
-    with np.errstate(over="ignore", invalid="ignore"):  # of an unstable integration
-        rows[:, 0] += (beside[:, None] @ rows[:, 1 + len(physical) : 3 + len(physical)])[:, 0]
-    return Forces(found.contact[o.simulated], rows)
+    error = motion_errors(o, nuisance, common) if o.robot else None
+    return _Impacts(mean, impacts - mean[o.simulated], error, steps)
 
 
 def motion_errors(o: Observations, nuisance: np.ndarray, common: np.ndarray) -> np.ndarray:

@@ -1,13 +1,14 @@
 """A fit's surroundings to second order: what its parameters and nuisances cannot imitate of a signal, and what of the
 residual a signal explains."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.linear import Linearisation, Normal, normal_equations
+from acf_jax.inference.linear import Linearisation, Normal, half_chi_square, normal_equations
+from acf_jax.inference.parameters import RIG, places
 
 
 class Reduced(NamedTuple):
@@ -29,19 +30,30 @@ class Projector:
 
     linear: Linearisation
     normal: Normal
+    left: float  # objective that a step of parameters and nuisances leaves, to first order
     low: np.ndarray  # (p,) how far each parameter is from its lower bound, negative
     high: np.ndarray
 
     @classmethod
     def of(cls, fitted: Fit) -> "Projector":
         """The projector at a fit."""
-        linear = fitted.linearised()
-        return cls(
-            linear,
-            normal_equations(linear, fitted.u, fitted.nuisance),
-            fitted.coordinates.low - fitted.u,
-            fitted.coordinates.high - fitted.u,
-        )
+        return cls._at(fitted, fitted.linearised(), np.ones(len(fitted.u), bool))
+
+    @classmethod
+    def without(cls, fitted: Fit, law: str, change: np.ndarray) -> "Projector":
+        """The same where a law is taken out of a fit, all else as it is; `change`: (trials, n) of the residual."""
+        linear, kept = fitted.linearised(), np.ones(len(fitted.u), bool)
+        kept[places((law,), fitted.explanation)[len(RIG) :]] = False
+        by_law = linear.by_law[:, kept[: linear.by_law.shape[1]]]
+        taken_out = replace(linear, residual=linear.residual + change, by_law=by_law)
+        return cls._at(fitted, taken_out, kept)
+
+    @classmethod
+    def _at(cls, fitted: Fit, linear: Linearisation, kept: np.ndarray) -> "Projector":
+        u, at = fitted.u[kept], fitted.coordinates
+        normal = normal_equations(linear, u, fitted.nuisance)
+        left = half_chi_square(linear, u, fitted.nuisance) - 0.5 * normal.gain
+        return cls(linear, normal, left, at.low[kept] - u, at.high[kept] - u)
 
     def reduce(self, signals: np.ndarray) -> Reduced:
         """The inner products of signals (k, trials, n) that everything else follows from."""
