@@ -19,7 +19,7 @@ from acf_jax.effects import AbstractEffect
 from acf_jax.effects._interface import Scalar
 from acf_jax.inference.free_curves import CONTINUED
 from acf_jax.inference.interpolation import first_loss
-from acf_jax.inference.parameters import RIG, Explanation, classes, neutral, parameters, places
+from acf_jax.inference.parameters import RIG, Explanation, classes, neutral, parameters, places, split
 from acf_jax.inference.robot_motion import ERRORS, NODES, MeasuredMotion, RobotMotion
 from acf_jax.kept import kept
 from acf_jax.model import Impact, Rig
@@ -249,11 +249,14 @@ def forward_plain(
 ) -> Forces:
     """Forces of trials with parameters of their own, theta (trials, p); other arguments as of `forward`.
 
-    One program does for every explanation: it has all laws, most of them without strength.
+    One program does for every explanation: it has all laws, most of them without strength. A free curve alone has its
+    own, which is quickly compiled.
 
     **Returns:** `Forces` without tangents.
     """
-    program = tuple(sorted({*effects.library(), *explanation}))
+    laws, curves = split(explanation)
+    others = () if curves and not laws else effects.library()
+    program = tuple(sorted({*others, *explanation}))
     theta = _widened(explanation, program, theta)
     return _run(program, True, theta, v_e, f_p, grid, np.inf, robot, error, steps)
 
