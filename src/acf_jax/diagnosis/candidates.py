@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from acf_jax.effects import AbstractOscillator, library
-from acf_jax.inference.baseline import Ground, Promise, with_one_more
+from acf_jax.inference.baseline import Ground, Promise, one_more, with_one_more
 from acf_jax.inference.fit import ITERATIONS, TOLERANCE, Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import (
@@ -158,18 +158,13 @@ def fit_more(
     answer: it begins there alone.
     """
     observations, fitted = ground.observations, ground.fitted
-    explanation = one_more(ground, name)
+    explanation = one_more(fitted.explanation, name, ground.instead_of)
     strong = np.array(starts(name, observations.measures)[-1])
     thetas = with_one_more(fitted, name, begins if near else [strong, *begins], ground.instead_of)
     return best(
         fit(observations, explanation, theta, fitted.nuisance, near, iterations, program=program)
         for theta in thetas
     )
-
-
-def one_more(ground: Ground, name: str) -> Explanation:
-    """The explanation of a ground with one more effect."""
-    return tuple(sorted((*(law for law in ground.fitted.explanation if law != ground.instead_of), name)))
 
 
 def go_on(observations: Observations, fitted: Fit, warm: bool = False) -> Fit:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import fit_more, in_parallel, one_more, promised
-from acf_jax.inference.baseline import Ground
+from acf_jax.diagnosis.candidates import fit_more, in_parallel, promised
+from acf_jax.inference.baseline import Ground, one_more
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation, places, rests
@@ -32,7 +32,7 @@ class Couple(NamedTuple):
     @property
     def explanation(self) -> Explanation:
         """With the law."""
-        return one_more(self.ground, self.name)
+        return one_more(self.ground.fitted.explanation, self.name, self.ground.instead_of)
 
 
 def couples(ground: Ground, effects: Sequence[str]) -> list[Couple]:

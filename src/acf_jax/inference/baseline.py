@@ -53,8 +53,8 @@ class Ground:
         fitted = self.fitted
         theta = switched_off(fitted.explanation, fitted.theta, [law])
         (residual,) = _residuals(self.observations, fitted, fitted.explanation, theta[None])
-        change = residual - self.bare
-        return replace(self, projector=Projector.without(fitted, law, change), instead_of=law)
+        projector = self.projector.without(fitted, law, residual - self.bare)
+        return replace(self, projector=projector, instead_of=law)
 
     def signatures(
         self, name: str, begins: Sequence[list[float]]
@@ -63,7 +63,7 @@ class Ground:
         keys = [(name, tuple(start)) for start in begins]
         if new := [key for key in keys if key not in self.known]:
             theta = with_one_more(self.fitted, name, [start for _, start in new])
-            explanation = tuple(sorted((*self.fitted.explanation, name)))
+            explanation = one_more(self.fitted.explanation, name)
             found = _residuals(self.observations, self.fitted, explanation, theta)
             self.known.update(zip(new, self.bare - found, strict=True))
         for start, key in zip(begins, keys, strict=True):
@@ -100,12 +100,17 @@ class Ground:
         return [best, *sorted(crests, key=lambda p: -p.gain)]
 
 
+def one_more(explanation: Explanation, name: str, instead_of: str | None = None) -> Explanation:
+    """An explanation with one more effect, in place of a law or besides all."""
+    return tuple(sorted((*(law for law in explanation if law != instead_of), name)))
+
+
 def with_one_more(
     fitted: Fit, name: str, begins: Sequence[Sequence[float] | np.ndarray], instead_of: str | None = None
 ) -> np.ndarray:
     """Parameters (k, p) of a fit with one more effect, with each of its values, in place of a law or besides all."""
-    rest = tuple(law for law in fitted.explanation if law != instead_of)
-    explanation = tuple(sorted((*rest, name)))
+    explanation = one_more(fitted.explanation, name, instead_of)
+    rest = tuple(law for law in explanation if law != name)
     physical = np.empty((len(begins), len(parameters(explanation))))
     physical[:, places(rest, explanation)] = fitted.physical[places(rest, fitted.explanation)]
     physical[:, places((name,), explanation)[len(RIG) :]] = begins

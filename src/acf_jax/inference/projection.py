@@ -39,14 +39,12 @@ class Projector:
         """The projector at a fit."""
         return cls._at(fitted, fitted.linearised(), np.ones(len(fitted.u), bool))
 
-    @classmethod
-    def without(cls, fitted: Fit, law: str, change: np.ndarray) -> "Projector":
-        """The same where a law is taken out of a fit, all else as it is; `change`: (trials, n) of the residual."""
-        linear, kept = fitted.linearised(), np.ones(len(fitted.u), bool)
+    def without(self, fitted: Fit, law: str, change: np.ndarray) -> "Projector":
+        """The same where a law is taken out of the fit, all else as it is; `change`: (trials, n) of the residual."""
+        linear, kept = self.linear, np.ones(len(fitted.u), bool)
         kept[places((law,), fitted.explanation)[len(RIG) :]] = False
         by_law = linear.by_law[:, kept[: linear.by_law.shape[1]]]
-        taken_out = replace(linear, residual=linear.residual + change, by_law=by_law)
-        return cls._at(fitted, taken_out, kept)
+        return self._at(fitted, replace(linear, residual=linear.residual + change, by_law=by_law), kept)
 
     @classmethod
     def _at(cls, fitted: Fit, linear: Linearisation, kept: np.ndarray) -> "Projector":
