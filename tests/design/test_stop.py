@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from acf_jax.contact.ending import Ending
-from acf_jax.contact.model import Sample
+from acf_jax.contact.ended import Above, Ended
+from acf_jax.contact.model import Sample, sample_forces
 from acf_jax.contact.read import of_rig
 from acf_jax.designs import stop
 from acf_jax.designs.chance import held_share
@@ -61,6 +61,23 @@ def test_until_the_stop_the_limit_holds_with_the_stated_probability(probability:
     assert found.stop.travel == pytest.approx(found.stop.time * found.z[-2])
 
 
+def test_what_its_energy_cannot_break_is_not_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An undamped flange without a spring meets its limit with the first peak, or never."""
+    counted = {Above: 0, Ended: 0}
+
+    def forces(model, sample, body):
+        if isinstance(model.main.peak, Ended):
+            counted[type(model.main.peak)] += len(sample.form)
+        return sample_forces(model, sample, body)
+
+    monkeypatch.setattr(stop, "sample_forces", forces)
+    ideal = RIG | {"d": 0.0, "k_f": 0.0}
+    task = make_task(of_rig(ideal, STD), {"v_e": (0.0, 2.0)}, {"f_p": 60.0}, "fastest", LIMIT, 0.95)
+    found = design(task)
+    assert isinstance(found, Design) and found.stop is not None and found.stop.time == np.inf
+    assert counted[Above] > 0.9 * found.draws and counted[Ended] == 0
+
+
 def asked(probability: float) -> SimpleNamespace:
     model = SimpleNamespace(main=SimpleNamespace(peak=None), is_certain=False)
     return SimpleNamespace(model=model, limit=LIMIT, probability=probability)
@@ -71,14 +88,16 @@ def of_draws(monkeypatch: pytest.MonkeyPatch, first: np.ndarray, ends: np.ndarra
 
     def forces(model, sample, body):
         force, end = sample.of[0].T
-        if isinstance(model, Ending):
-            force = np.where(end < float(model.stop_after), LIMIT * (1 + beyond), force)
-        return force, np.ones(len(force), bool)
+        if not isinstance(model, tuple):
+            return force, np.ones(len(force), bool)
+        ending, law = model
+        force = np.where(end < float(ending.stop_after), LIMIT * (1 + beyond), force)
+        return force, np.full(len(force), law is Ended)  # of what it stays below nothing is known
 
     drawn = Sample((np.stack([first, ends], axis=1),), np.ones(len(first)))
     monkeypatch.setattr(stop, "draw_sample", lambda model, z, draws, seed: drawn)
     monkeypatch.setattr(stop, "sample_forces", forces)
-    monkeypatch.setattr(stop, "ended", lambda model, ending: ending)
+    monkeypatch.setattr(stop, "ended", lambda model, ending, law: (ending, law))
 
 
 @pytest.mark.parametrize("broken", [0, 0.02, 0.044])

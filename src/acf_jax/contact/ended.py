@@ -48,14 +48,26 @@ class Ended(AbstractPeak):
         return self.law.is_simulated()
 
 
-def ended(model: ContactModel, ending: Ending) -> ContactModel:
+class Above(Ended):
+    """What the largest force until a stated ending does not exceed; none exists where nothing is known."""
+
+    @property
+    def block(self) -> int:  # type: ignore[override]
+        return self.law.block
+
+    def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        return self.law.bound(z, body, ending)
+
+
+def ended(model: ContactModel, ending: Ending, as_force: type[Ended] = Ended) -> ContactModel:
     """The model with every explanation's force counted until the ending.
 
-    An ending of floats is part of the compiled program, one of arrays an argument of it.
+    An ending of floats is part of the compiled program, one of arrays an argument of it. `as_force`: `Above` for what
+    that force does not exceed.
     """
 
     def of(variant: Variant) -> Variant:
-        return eqx.tree_at(lambda v: v.peak, variant, Ended(variant.peak.original(), ending))
+        return eqx.tree_at(lambda v: v.peak, variant, as_force(variant.peak.original(), ending))
 
     replaced: ContactModel = eqx.tree_at(
         lambda m: (m.main, m.others), model, (of(model.main), tuple(map(of, model.others)))

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from acf_jax.contact.body import Body, reduced_mass, series_stiffness
-from acf_jax.contact.braking import stopping_time, stopping_travel
+from acf_jax.contact.braking import is_within_travel, stopping_time, stopping_travel
 from acf_jax.contact.carried import carried_force
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.followed import force_until_rest
@@ -19,7 +19,7 @@ from acf_jax.effects import AbstractEffect
 from acf_jax.inference.forward import SAMPLES, STEP_PER_RADIAN, unpack
 from acf_jax.inference.parameters import component_of, parameters
 from acf_jax.model import Impact, Rig, find_peak
-from acf_jax.model.until import largest, largest_force_until
+from acf_jax.model.until import force_bound, free_body_bound, largest, largest_force_until
 from acf_jax.predict import LONGEST
 from acf_jax.simulator import LargestForce, largest_force
 from acf_jax.simulator.peak import Force
@@ -64,6 +64,10 @@ class AbstractPeak(eqx.Module):
         peak = self(z, body)
         return Branches(peak.force[None], peak.exists)
 
+    def bound(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        """What the forces of `until` do not exceed, in closed form; none exists where nothing is known."""
+        return Branches(jnp.full(2, jnp.inf), jnp.asarray(False))
+
     def at_rest(self, z: Float[Array, " p"], x: Scalar | float) -> Scalar:
         """The contact force that stays where robot and flange have come to rest, the flange compressed by x, N."""
         return carried_force(Rig(*z[:4]), Impact(z[-2], z[-1]), (), x, 0.0)
@@ -103,6 +107,18 @@ class ClosedForm(AbstractPeak):
         swinging = largest(jnp.stack([swinging, jnp.where(has_form, exact, 0.0)]))
         return Branches(jnp.stack([swinging, carried]), both.exists.all())
 
+    def bound(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        """By the energy that impact and robot bring; of a robot that brakes nothing is known."""
+        rig, impact = coupled(z, body)
+        time, travel = (f(ending, impact.v_e) for f in (stopping_time, stopping_travel))
+        is_free = jnp.asarray(body.mobility) > 0
+        free = free_body_bound(rig, impact, 1 / jnp.where(is_free, body.mobility, 1.0))
+        swinging = jnp.where(is_free, free, force_bound(rig, impact, time))
+        swinging = jnp.where(jnp.isfinite(jnp.asarray(ending.deceleration)), jnp.inf, swinging)
+        carried = carried_force(rig, impact, (), travel, impact.v_e)
+        above = jnp.stack([swinging, jnp.where(is_free, 0.0, carried)])
+        return Branches(above, jnp.isfinite(above).all() & is_within_travel(ending, impact.v_e))
+
     def credits_stiffness(self) -> bool:
         return True
 
@@ -119,6 +135,9 @@ class Learned(AbstractPeak):
 
     def until(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
         return self.original().until(z, body, ending)
+
+    def bound(self, z: Float[Array, " p"], body: Body, ending: Ending) -> Branches:
+        return self.original().bound(z, body, ending)
 
     def __call__(self, z: Float[Array, " p"], body: Body) -> ContactPeak:
         rig, impact = coupled(z, body)

@@ -10,14 +10,12 @@ from jaxtyping import Array, Float
 
 from acf_jax.contact.body import Body
 from acf_jax.contact.bound import Bounded, Interval, Law, bounded
-from acf_jax.contact.braking import is_within_travel, stopping_time, stopping_travel
-from acf_jax.contact.carried import carried_force
+from acf_jax.contact.braking import stopping_travel
 from acf_jax.contact.ended import ended
 from acf_jax.contact.ending import Ending
 from acf_jax.contact.model import ContactModel
 from acf_jax.contact.peak import AbstractPeak, ClosedForm, Trained, coupled
 from acf_jax.kept import quick_options
-from acf_jax.model.until import force_bound, free_body_bound
 from acf_jax.safety.certificate import certified_peak
 from acf_jax.surrogate import Surrogate
 
@@ -86,15 +84,7 @@ def bound(model: ContactModel, confidence: float) -> Program:
 
     def found(z: Float[Array, " p"], body: Body, ending: Ending) -> Bounded:
         def law(z: Float[Array, " p"], body: Body) -> Interval:
-            rig, impact = coupled(z, body)
-            time, travel = (f(ending, impact.v_e) for f in (stopping_time, stopping_travel))
-            is_free = body.mobility > 0
-            free = free_body_bound(rig, impact, 1 / jnp.where(is_free, body.mobility, 1.0))
-            swinging = jnp.where(is_free, free, force_bound(rig, impact, time))
-            swinging = jnp.where(jnp.isfinite(ending.deceleration), jnp.inf, swinging)
-            carried = carried_force(rig, impact, (), travel, impact.v_e)
-            above = jnp.stack([swinging, jnp.where(is_free, 0.0, carried)])
-            known = jnp.isfinite(above).all() & is_within_travel(ending, impact.v_e)
+            above, known = ClosedForm().bound(z, body, ending)
             return Interval(above, above, known)
 
         return bounded(model, confidence, law)(z, body)
