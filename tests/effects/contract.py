@@ -103,7 +103,8 @@ def neutral_limit_is_the_papers_model(kind: Kind) -> None:
 @rule
 def parameters_are_known(kind: Kind) -> None:
     parameters = kind.parameters()
-    assert 1 <= len(parameters) <= 3, "at most three parameters of its own"
+    modes = 1 + sum(p.over is not None for p in parameters)
+    assert 1 <= len(parameters) <= 3 * modes, "at most three parameters, and as many of a second mode"
     assert not parameters[0].shape, "the first parameter is a strength"
     assert [p.shape for p in parameters] == sorted(p.shape for p in parameters), "strengths first"
     for p in parameters:

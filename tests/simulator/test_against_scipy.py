@@ -167,10 +167,15 @@ def sensor_lag(tau, zeta):
     return Truth(filter=([1.0], [tau**2, 2 * zeta * tau, 1.0]))
 
 
-def sensor_resonance(share, hz, zeta):
+def sensor_resonance(share, share_2, hz, ratio, zeta, zeta_2):
+    def mode(omega, zeta):
+        return np.array([omega**2]), np.array([1, 2 * zeta * omega, omega**2])
+
     omega = 2 * pi * hz
-    mode, rest = np.array([0, 0, omega**2]), np.array([1, 2 * zeta * omega, omega**2])
-    return Truth(filter=(share * mode + (1 - share) * rest, rest))
+    (y_1, rest_1), (y_2, rest_2) = mode(omega, zeta), mode(ratio * omega, zeta_2)
+    whole = np.polymul(rest_1, rest_2)
+    ringing = share * np.polymul(y_1, rest_2) + share_2 * np.polymul(y_2, rest_1)
+    return Truth(filter=(np.polyadd(ringing, (1 - share - share_2) * whole), whole))
 
 
 def fixture_mass(m_w, k_w, tau):
@@ -197,6 +202,15 @@ def test_simulator_equals_scipy(name):
         allowed = CORNERS.get(name, 2e-3)
         assert np.allclose(response.contact[0], contact, rtol=0, atol=allowed)
         assert np.allclose(response.sensed[0], sensed, rtol=0, atol=allowed)
+
+
+def test_a_mounting_with_two_modes_equals_scipy():
+    theta = np.array([0.5, 0.2, 300.0, 1.7, 0.05, 0.02])
+    sensed, _ = sensor_resonance(*theta).solve()
+    found = run(library()["sensor_resonance"], [theta], pull=1.0).sensed[0]
+    assert np.allclose(found, sensed, rtol=0, atol=2e-3)
+    one_mode, _ = sensor_resonance(0.7, 0.0, *theta[2:]).solve()
+    assert np.abs(sensed - one_mode).max() > 10.0
 
 
 @pytest.mark.parametrize("name", ["gravity", "end_stop", "pad_mass", "sensor_lag"])

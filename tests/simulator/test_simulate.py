@@ -169,7 +169,7 @@ def test_steps_beyond_the_last_stay_zero():
 @pytest.mark.parametrize("which", ["contact", "sensed"])
 def test_the_largest_force_is_that_of_the_trace(which):
     """A ringing sensor and a held flange: force and time of the peak, and whether it is one within the window."""
-    effects = [EndStop(0.6, 0.6), SensorResonance(0.5, 300.0, 0.05)]
+    effects = [EndStop(0.6, 0.6), SensorResonance(share=0.5, frequency_hz=300.0, damping_ratio=0.05)]
     program = jax.jit(
         lambda window: largest_force(RIG, IMPACT, effects, H, window, which), compiler_options=QUICK
     )

@@ -161,15 +161,38 @@ def fit_more(
     explanation = one_more(fitted.explanation, name, ground.instead_of)
     strong = np.array(starts(name, observations.measures)[-1])
     thetas = with_one_more(fitted, name, begins if near else [strong, *begins], ground.instead_of)
-    return best(
+    found = best(
         fit(observations, explanation, theta, fitted.nuisance, near, iterations, program=program)
         for theta in thetas
     )
+    return found if iterations == GLANCE else with_sought(found)
+
+
+def with_sought(fitted: Fit) -> Fit:
+    """The fit, or a better one where a law of it has a strength that is sought, as of a second mode.
+
+    Whether that is needed shows once the rest is fitted: at many values of its shape the misfit has a valley.
+    """
+    found = fitted
+    for name, p in parameters(fitted.explanation):
+        if p.over:
+            shape, looks = p.over
+            law = name.split(".")[0]
+            promise = Ground.of(found.observations, found).sought(name, f"{law}.{shape}", looks)
+            if promise.gain > HINT:
+                found = best([found, _from(found, promise.parameters)])
+    return found
+
+
+def _from(fitted: Fit, theta: np.ndarray) -> Fit:
+    """A fit begun near the end of another one."""
+    o = fitted.observations
+    return fit(o, fitted.explanation, theta, fitted.nuisance, warm=True, program=fitted.program)
 
 
 def go_on(observations: Observations, fitted: Fit, warm: bool = False) -> Fit:
     """A fit carried on that was ended early, or (`warm`) that ended under another noise."""
-    return fit(
+    found = fit(
         observations,
         fitted.explanation,
         fitted.theta,
@@ -178,6 +201,7 @@ def go_on(observations: Observations, fitted: Fit, warm: bool = False) -> Fit:
         tolerance=_tolerance(fitted.explanation),
         program=fitted.program,
     )
+    return with_sought(found)
 
 
 def best(fits: Iterable[Fit]) -> Fit:

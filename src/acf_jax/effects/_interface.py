@@ -37,6 +37,9 @@ class Parameter(NamedTuple):
     looks: int = 0  # values over its range at which a fit looks before it begins: a frequency's misfit has many valleys
     within: str | None = None  # the strength that it cannot exceed: fits know its share of that
     per: str | None = None  # the shape of which it is a multiple wherever it acts: fits know the quotient
+    over: tuple[str, int] | None = (
+        None  # a shape, and at how many of its values a fit that has ended seeks this strength
+    )
 
 
 def strength(
@@ -50,9 +53,10 @@ def strength(
     looks: int = 0,
     within: str | None = None,
     per: str | None = None,
+    over: tuple[str, int] | None = None,
 ) -> Any:
     """A parameter that is neutral at 0: the size of the effect."""
-    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks, within, per)
+    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks, within, per, over)
     return eqx.field(converter=jnp.asarray, default=0.0, metadata={"parameter": known})
 
 

@@ -53,8 +53,31 @@ class Ground:
         fitted = self.fitted
         theta = switched_off(fitted.explanation, fitted.theta, [law])
         (residual,) = _residuals(self.observations, fitted, fitted.explanation, theta[None])
-        projector = self.projector.without(fitted, law, residual - self.bare)
+        taken = places((law,), fitted.explanation)[len(RIG) :]
+        projector = self.projector.without(fitted, taken, residual - self.bare)
         return replace(self, projector=projector, instead_of=law)
+
+    def sought(self, strength: str, shape: str, looks: int) -> Promise:
+        """What a strength of the fit's own, in place of what it is, would gain at the best value of its shape.
+
+        `strength`, `shape`: full names; `looks`: at how many values of the shape. Parameters are those of the fit.
+        """
+        known = dict(parameters(self.fitted.explanation))
+        taken = np.array([list(known).index(strength), list(known).index(shape)])
+        theta = np.tile(self.fitted.theta, (looks + 1, 1))
+        theta[:, taken[0]] = known[strength].scale
+        theta[1:, taken[1]] = np.geomspace(known[shape].low, known[shape].high, looks)
+        theta[0, taken[0]] = 0.0
+        less, *more = _residuals(self.observations, self.fitted, self.fitted.explanation, theta)
+        projector = self.projector.without(self.fitted, taken, less - self.bare)
+        now = 2 * (projector.left - self.fitted.objective)  # what the fit gains by it
+        found = [Promise(0.0, self.fitted.theta, [])]
+        for signal, begin in zip(less - np.array(more), theta[1:], strict=True):
+            amount, gain = projector.promise(signal)
+            if amount > 0:
+                begin[taken[0]] = min(amount * known[strength].scale, known[strength].high)
+                found.append(Promise(gain - now, begin, []))
+        return max(found, key=lambda promise: promise.gain)
 
     def signatures(
         self, name: str, begins: Sequence[list[float]]

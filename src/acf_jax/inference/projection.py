@@ -8,7 +8,6 @@ import numpy as np
 
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.linear import Linearisation, Normal, half_chi_square, normal_equations
-from acf_jax.inference.parameters import RIG, places
 
 
 class Reduced(NamedTuple):
@@ -39,10 +38,13 @@ class Projector:
         """The projector at a fit."""
         return cls._at(fitted, fitted.linearised(), np.ones(len(fitted.u), bool))
 
-    def without(self, fitted: Fit, law: str, change: np.ndarray) -> "Projector":
-        """The same where a law is taken out of the fit, all else as it is; `change`: (trials, n) of the residual."""
+    def without(self, fitted: Fit, taken: np.ndarray, change: np.ndarray) -> "Projector":
+        """The same where parameters (by index) are taken out of the fit, all else as it is.
+
+        `change`: (trials, n) of the residual.
+        """
         linear, kept = self.linear, np.ones(len(fitted.u), bool)
-        kept[places((law,), fitted.explanation)[len(RIG) :]] = False
+        kept[taken] = False
         by_law = linear.by_law[:, kept[: linear.by_law.shape[1]]]
         return self._at(fitted, replace(linear, residual=linear.residual + change, by_law=by_law), kept)
 
