@@ -49,7 +49,15 @@ def test_a_program_is_traced_once(traced: Path) -> None:
     assert _traces() == 1
     assert _traces() == 0
     assert _traces("another") == 1
-    assert len(list(traced.iterdir())) == 2
+    assert len(list(traced.glob("*/*"))) == 2
+
+
+def test_the_first_time_is_told(traced: Path) -> None:
+    assert module.is_first(SOURCES)
+    _traces()
+    assert not module.is_first(SOURCES) and module.is_first(("effects",))
+    jax.config.update("jax_compilation_cache_dir", None)
+    assert not module.is_first(SOURCES), "nothing is kept: each time is like the first"
 
 
 def test_other_source_is_traced_again(traced: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -90,7 +98,7 @@ def test_a_forward_program_is_made_of_the_folders_it_names() -> None:
 @pytest.mark.parametrize("content", [b"", b"damaged" * 100])
 def test_a_damaged_file_is_replaced(traced: Path, content: bytes) -> None:
     _traces()
-    (path,) = traced.iterdir()
+    (path,) = traced.glob("*/*")
     path.write_bytes(content)
     assert _traces() == 1
     assert _traces() == 0

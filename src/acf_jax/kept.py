@@ -43,17 +43,34 @@ def kept(
     """
     options = quick_options()
     traced = jax.jit(function, compiler_options=options)
-    cache = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]  # JAX makes it as it runs
-    if not cache:
+    folder = _folder(sources)
+    if not folder:
         return traced
-    key = sha256(repr((origin(sources), jax.default_backend(), name, arguments)).encode()).hexdigest()
-    path = Path(cache).with_name("traced") / key
+    path = folder / _digest(name, arguments)
     content = _read(path)
     if content is None:
         content = bytes(export.export(traced)(*arguments).serialize())
         with contextlib.suppress(OSError):
             write_bytes(path, sha256(content).digest() + content)
     return jax.jit(export.deserialize(bytearray(content)).call, compiler_options=options)
+
+
+def is_first(sources: tuple[str, ...]) -> bool:
+    """Whether nothing made from these sources is kept yet, though it could be: compiling will take a while, once."""
+    folder = _folder(sources)
+    return folder is not None and not folder.exists()
+
+
+def _folder(sources: tuple[str, ...]) -> Path | None:
+    """Where programs made from some sources are kept; None without a cache of compiled code."""
+    cache = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]  # JAX makes it as it runs
+    if not cache:
+        return None
+    return Path(cache).with_name("traced") / _digest(origin(sources), jax.default_backend())
+
+
+def _digest(*parts: object) -> str:
+    return sha256(repr(parts).encode()).hexdigest()
 
 
 def compiled_quickly(function: Callable[..., Result]) -> Callable[..., Result]:

@@ -1,5 +1,6 @@
 """Progress for a program, and what `diagnose` is told that cannot be the cause."""
 
+import io
 import json
 from pathlib import Path
 
@@ -32,6 +33,18 @@ def test_each_step_is_a_line_where_a_program_asks(
     lines = work()
     assert lines[:2] == [("looking", 0, 0), ("reading", 3, 8)]
     assert lines[2:] == [("training", step, 1000) for step in range(0, 1001, 10)]
+
+
+def test_a_note_stands_beside_the_stage_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.delenv("ACF_JAX_PROGRESS", raising=False)
+    monkeypatch.setattr("sys.stderr", terminal := Terminal())
+    with stages("(the first time only)") as stage:
+        stage("fitting")
+    assert "fitting (the first time only)" in terminal.getvalue()
 
 
 @pytest.mark.parametrize("name, told", [("endstop", "end_stop"), ("nothing", "take of")])

@@ -16,8 +16,8 @@ Count = Callable[[str, int, int], None]
 
 
 @contextmanager
-def stages() -> Iterator[Stage]:
-    """A line that tells the stage and the time."""
+def stages(note: str = "") -> Iterator[Stage]:
+    """A line that tells the stage and the time, and a note beside it on a terminal."""
     if wants_lines():
         yield tell
         return
@@ -30,7 +30,7 @@ def stages() -> Iterator[Stage]:
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=None)
-        yield lambda stage: bar.update(task, description=stage)
+        yield lambda stage: bar.update(task, description=f"{stage} {note}".rstrip())
 
 
 @contextmanager

@@ -11,6 +11,8 @@ from acf_jax.cli._seed import SEED
 from acf_jax.progress_lines import tell_known, wants_lines
 from acf_jax.provenance import FILE
 
+FIRST = "(compiling for this machine, the first time only)"
+
 EXAMPLES = """
 \b
 Examples:
@@ -79,14 +81,16 @@ def command(
 
     start_jax()
     from acf_jax.diagnosis import diagnose
+    from acf_jax.inference.forward import MADE_OF
     from acf_jax.inference.unfinished import beside, kept_in
+    from acf_jax.kept import is_first
     from acf_jax.report import save_diagnosis, told
 
     watch = tell_known if wants_lines() else None
     with kept_in(beside(out)) as left:
         if left:
             click.echo(f"note: goes on with {left} fits of a diagnosis that was interrupted", err=True)
-        with stages() as progress:
+        with stages(FIRST if is_first(MADE_OF) else "") as progress:
             diagnosis = diagnose(data, seed, progress, without, low_pass=band, watch=watch)
             progress("writing the report")
             content = save_diagnosis(out, diagnosis, origin({str(dataset): data.digest}))
