@@ -17,6 +17,7 @@ from validation.blind.answer import Answer, Failed, Said, read_seconds
 from validation.blind.plan import WEAK
 
 UNKNOWN = ["unknown"]
+TWO_SIDED_95 = 1.96  # standard deviations
 COMPARABLE = (  # the rig's own constants mean the same in every world
     "moving_mass_kg",
     "damping_n_s_per_m",
@@ -150,14 +151,17 @@ def _held_out(data: Path, model: GapModel) -> dict[str, Any]:
     truths = [_true_force(data / "held_out_traces" / f"{t.name}.csv") for t in trials]
     result: dict[str, Any] = {}
     for which in ("recalibrated", "corrected"):
-        squares, count, peaks = 0.0, 0, []
+        squares, count, peaks, inside = 0.0, 0, [], []
         for true, prediction in zip(truths, predict(model, v_e, f_p, which), strict=True):
             force = force_at(true[1:, 0], prediction.time, prediction.force)
             squares += float(((force - true[1:, 1]) ** 2).sum())
             count += len(force)
-            peaks.append(prediction.peak_force / true[:, 1].max() - 1)
+            peak = true[:, 1].max()
+            peaks.append(prediction.peak_force / peak - 1)
+            inside.append(abs(prediction.peak_force - peak) <= TWO_SIDED_95 * prediction.peak_force_std)
         result[f"rms_{which}"] = (squares / count) ** 0.5
         result[f"peak_{which}"] = float(np.sqrt(np.mean(np.square(peaks))))
+        result[f"peaks_inside_{which}"] = [sum(map(bool, inside)), len(inside)]
     result["ratio"] = result["rms_corrected"] / max(result["rms_recalibrated"], 1e-12)
     return result
 

@@ -78,6 +78,7 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
         "calibration": _calibration(answered),
         "shrinkage": _shrinkage([r for r in answered if r["kind"] != "none"]),
         "contributions": _contributions([r for r in answered if r["kind"] != "none"]),
+        "predicted_peaks": _predicted(answered),
         "rig_within_2_sigma": _rig(
             [r for r in answered if r["first_right"] and r["kind"] in ("none", "single", "pair")]
         ),
@@ -155,6 +156,15 @@ def _contributions(rows: Sequence[Row]) -> dict[str, Any] | None:
     return _claims(
         claimed, "unexplained", lambda r: (1 - r["unexplained"]["scatter"]) * min(r["ratio"], 1.0) ** 2
     )
+
+
+def _predicted(rows: Sequence[Row]) -> dict[str, Any]:
+    """How many peaks at conditions that no trial had lie in the 95 % interval that the corrected model states.
+
+    Those of one data set are not independent, so that the share is less certain than its interval says.
+    """
+    counts = [r["peaks_inside_corrected"] for r in rows if "peaks_inside_corrected" in r]
+    return counted(*(sum(column) for column in zip(*counts, strict=True))) if counts else counted(0, 0)
 
 
 def _claims(rows: Sequence[Row], key: str, real: Callable[[Row], float]) -> dict[str, Any]:

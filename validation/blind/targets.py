@@ -54,6 +54,7 @@ def targets(score: dict[str, Any]) -> list[Target]:
         ),
         _inside("real shrinkage inside the claimed interval", score["shrinkage"]),
         _inside("what no law explains inside the claimed interval", score["contributions"]),
+        _at_least("predicted peaks inside their stated interval", score["predicted_peaks"], 0.90),
         _at_least("lifelike rigs right", score["lifelike"]["right"], 0.75),
         _at_most("lifelike rigs identified and wrong", score["lifelike"]["identified_wrong"], 0.03),
         _at_least("lifelike rigs with a foreign cause unknown", score["lifelike"]["unknown"], 0.85),

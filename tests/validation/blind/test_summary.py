@@ -114,3 +114,12 @@ def test_what_no_law_explains_is_compared_with_what_the_laws_leave() -> None:
     assert score["contributions"]["median_width"] == pytest.approx(0.1)
     (target,) = (t for t in targets(score) if "no law" in t.name)
     assert target.met is False
+
+
+def test_predicted_peaks_are_counted_over_all_data_sets() -> None:
+    rows = [NONE | {"set": "a", "peaks_inside_corrected": [4, 4]}, ALARM | {"peaks_inside_corrected": [2, 4]}]
+    inside = summarise([*rows, LIFELIKE])["predicted_peaks"]
+    assert (inside["right"], inside["n"]) == (6, 8)
+    (target,) = (t for t in targets(summarise(rows)) if "predicted peaks" in t.name)
+    assert target.met is False
+    assert summarise([NONE])["predicted_peaks"]["n"] == 0
