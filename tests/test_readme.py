@@ -15,6 +15,7 @@ BLOCK = r"((?:(?!```)[^\n]*\n)*)```"  # to its own end, not to that of a later o
 PYTHON = re.compile(rf"^```python\n{BLOCK}\n+```text\n{BLOCK}", re.MULTILINE)
 NUMBER = re.compile(r"\d+\.?\d*")
 LONG = {"diagnose", "predict", "diagnosis"}  # of a command that diagnoses, or goes on with a diagnosis
+SLOW = {"--reaction", "configs/design.yaml"}  # thousands of draws, each followed until the robot has stopped
 FENCE = re.compile(r"^```console\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
@@ -30,7 +31,7 @@ def shown_commands():
                 command, _, output = part.replace("\\\n", " ").partition("\n")
                 if command.startswith("python -m acf_jax "):
                     name, words = f"{file.name}: {command[:60]}", shlex.split(command)
-                    marks = [pytest.mark.long] if LONG & set(words) else []
+                    marks = [pytest.mark.long] if (LONG | SLOW) & set(words) else []
                     yield pytest.param(file.name, words, output.rstrip(), id=name, marks=marks)
 
 
