@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from acf_jax.files import read_yaml_mapping
 from acf_jax.model import Impact, Rig, contact_force_rate, find_peak, find_peaks
+from acf_jax.model import peak as batches
 from acf_jax.model.blocks import BLOCK
 from acf_jax.model.printed_eq10 import find_peak_by_printed_eq10
 from tests import truth
@@ -136,6 +137,25 @@ def test_batch_equals_samples_across_blocks():
     blocked, mapped = find_peaks(rig, impact), jax.jit(jax.vmap(find_peak))(rig, impact)
     for x, y in zip(blocked, mapped, strict=True):
         np.testing.assert_allclose(x, y, rtol=1e-13)
+
+
+def test_a_batch_within_another_program_is_the_batch_on_its_own():
+    rig, impact = batch(truth.wide_box(BLOCK + 5, seed=4))
+    alone = find_peaks(rig, impact).f_max
+    np.testing.assert_allclose(jax.jit(lambda r, i: find_peaks(r, i).f_max)(rig, impact), alone, rtol=1e-14)
+    constants = jax.jit(lambda x: x * find_peaks(rig, impact).f_max)  # no field of theirs is traced
+    np.testing.assert_allclose(constants(1.0), alone, rtol=1e-14)
+
+
+def test_a_compiler_that_knows_no_width_of_vectors_does_without(monkeypatch):
+    rig, impact = batch(truth.wide_box(BLOCK + 5, seed=4))
+    known = find_peaks(rig, impact).f_max
+    monkeypatch.setattr(batches, "VECTORS", {"xla_no_such_option": 512})
+    batches._in_wide_vectors.cache_clear()
+    np.testing.assert_allclose(find_peaks(rig, impact).f_max, known, rtol=1e-14)
+    assert batches._in_wide_vectors() is batches._as_it_comes
+    monkeypatch.undo()
+    batches._in_wide_vectors.cache_clear()
 
 
 def test_fields_of_shapes_that_do_not_fit_are_refused_with_the_remedy():

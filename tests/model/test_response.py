@@ -101,6 +101,12 @@ def test_carlson_rc_is_atan_and_atanh():
         np.testing.assert_allclose(carlson_rc(jnp.array(g), jnp.array(h)), exact, rtol=1e-14)
 
 
+def test_carlson_rc_is_right_to_a_few_units_in_the_last_place():
+    for size in (*np.linspace(0, 2, 101), *np.geomspace(2, 1e3, 101)):
+        exact = float(mp.elliprc(mp.mpf(float(size)) ** 2, 1))
+        np.testing.assert_allclose(carlson_rc(jnp.array(size), jnp.array(1.0)), exact, rtol=9e-16)
+
+
 @pytest.mark.parametrize("function", [position, velocity, contact_force, contact_force_rate])
 def test_one_sample_at_a_time(function):
     checked = jaxtyped(function, typechecker=beartype)

@@ -119,20 +119,28 @@ class Impact(eqx.Module):
         return _shown(self, ("m/s", "N"))
 
 
-def broadcast(rig: Rig, impact: Impact) -> tuple[Rig, Impact]:
-    """Rig and impact with every field repeated to the shape that all broadcast to: () of one sample.
+def common_shape(rig: Rig, impact: Impact) -> tuple[int, ...]:
+    """The shape that all fields broadcast to: () of one sample.
 
     **Raises:** `ValueError` when their shapes do not fit each other.
     """
     shapes = [jnp.shape(field) for field in jax.tree.leaves((rig, impact))]
     try:
-        shape = np.broadcast_shapes(*shapes)
+        return np.broadcast_shapes(*shapes)
     except ValueError:
         found = " and ".join(map(str, sorted(set(shapes))))
         raise ValueError(
             f"the fields of rig and impact must broadcast to one shape, but theirs are {found}; give each a number, or"
             " arrays of one length"
         ) from None
+
+
+def broadcast(rig: Rig, impact: Impact) -> tuple[Rig, Impact]:
+    """Rig and impact with every field repeated to their common shape.
+
+    **Raises:** `ValueError` when their shapes do not fit each other.
+    """
+    shape = common_shape(rig, impact)
     repeated: tuple[Rig, Impact] = jax.tree.map(lambda field: jnp.broadcast_to(field, shape), (rig, impact))
     return repeated
 
