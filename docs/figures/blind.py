@@ -9,6 +9,7 @@ docs/figures/blind.csv, from which the picture is drawn without it.
 import argparse
 import csv
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from matplotlib.axes import Axes
 HERE = Path(__file__).parent
 KEPT, ROWS = HERE / "blind.json", HERE / "blind.csv"
 FIRST, COVERED, CEILING = "#d9480f", "#2563eb", "#1f2937"
+MARKED = {0.5: "o", 0.9: "s"}  # probabilities of the first explanation
 COLUMNS = (
     "set",
     "world",
@@ -85,6 +87,26 @@ def draw_reliability(axes: Axes, score: dict[str, Any]) -> None:
     axes.legend(loc="upper left", frameon=False)
 
 
+def draw_trade_off(axes: Axes, rows: Sequence[dict[str, str]]) -> None:
+    """Answers right over answers wrong, where those below a probability are left out: from all to the surest."""
+    for name, color, is_lifelike in (
+        ("rigs without small effects", COVERED, False),
+        ("lifelike rigs", FIRST, True),
+    ):
+        own = [r for r in rows if (r["kind"] == "lifelike") == is_lifelike]
+        own.sort(key=lambda r: -float(r["probability_first"] or 0))
+        right = np.cumsum([0, *(r["right"] == "True" for r in own)]) / len(own)
+        wrong = np.cumsum([0, *(r["right"] != "True" for r in own)]) / len(own)
+        axes.step(wrong, right, where="post", color=color, label=name)
+        for least, marker in MARKED.items():
+            k = sum(float(r["probability_first"] or 0) >= least for r in own)
+            axes.plot(wrong[k], right[k], marker, color=color)
+    for least, marker in MARKED.items():
+        axes.plot([], [], marker, color=CEILING, label=f"those of at least {least:.0%}")
+    axes.set(xlabel="share of data sets answered wrong", ylabel="share answered right", ylim=(0, 1.04))
+    axes.legend(loc="lower right", frameon=False)
+
+
 def draw_confusion(axes: Axes, score: dict[str, Any]) -> None:
     """What was answered first for each cause, in data sets."""
     counts = score["confusion"]
@@ -120,10 +142,13 @@ def main() -> None:
         keep(options.score)
     score = json.loads(KEPT.read_text("utf-8"))
     plt.style.use(HERE / "style.mplstyle")
-    figure, axes = plt.subplot_mosaic("ac;bc", figsize=(12, 7), width_ratios=(1, 1.15), layout="constrained")
+    with ROWS.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    figure, axes = plt.subplot_mosaic("ab;cd", figsize=(12, 10), height_ratios=(1, 1.35), layout="constrained")
     draw_accuracy(axes["a"], score)
     draw_reliability(axes["b"], score)
-    draw_confusion(axes["c"], score)
+    draw_trade_off(axes["c"], rows)
+    draw_confusion(axes["d"], score)
     figure.savefig(HERE / "blind.svg")
 
 
