@@ -144,7 +144,9 @@ def main() -> None:
     plt.style.use(HERE / "style.mplstyle")
     with ROWS.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    figure, axes = plt.subplot_mosaic("ab;cd", figsize=(12, 10), height_ratios=(1, 1.35), layout="constrained")
+    figure, axes = plt.subplot_mosaic(
+        "ab;cd", figsize=(12, 10), height_ratios=(1, 1.35), layout="constrained"
+    )
     draw_accuracy(axes["a"], score)
     draw_reliability(axes["b"], score)
     draw_trade_off(axes["c"], rows)
