@@ -41,7 +41,7 @@ def test_each_trial_is_shifted_to_where_it_fits_best(diagnosed: Diagnosis) -> No
     """A ring of four samples a period, seen two samples late: a Gauss-Newton step from on time goes astray."""
     o, effect = replace(diagnosed.observations, trigger_std=1.0), ("sensor_resonance",)
     period = 4 * float(np.median(o.interval))
-    theta = begin(o.prior.values, [0.5, 1 / period, 0.01])
+    theta = begin(o.prior.values, [0.5, 0.0, 1 / period, 2.0, 0.01, 0.02])
     fitted = fit(o, effect, theta, warm=True, iterations=0)
     on_time = np.zeros((len(o.names), o.n_nuisances))
     force = predict(o, effect, fitted.theta, on_time, fitted.grid)

@@ -26,6 +26,7 @@ def test_a_law_is_dropped_within_the_program_that_has_it(
     monkeypatch.setattr(
         proposals, "fit", lambda o, explanation, theta, *rest, **how: seen.append((explanation, theta, how))
     )
+    monkeypatch.setattr(proposals, "with_sought", lambda fitted: fitted)
     both = ("end_stop", "gravity")
     physical = np.array([1.0, 2.0, 3.0, 4.0, 0.1, 0.2, 9.0])  # rig, end stop, gravity
     fitted: Any = SimpleNamespace(
@@ -39,6 +40,16 @@ def test_a_law_is_dropped_within_the_program_that_has_it(
     ((explanation, theta, how),) = seen
     assert explanation == ("gravity",) and how["program"] == (program or both)
     assert theta.tolist() == [1.0, 2.0, 3.0, 4.0, 9.0, 0.5, 0.6]
+
+
+def test_a_second_mode_is_sought_where_a_law_is_dropped() -> None:
+    """Another law may have stood in for it."""
+    observations = imagined("sensor_resonance", (0.7, 0.2, 500.0, 1.6, 0.03, 0.02))
+    theta = begin(RIG.values, [5.0], [0.7, 0.0, 500.0, 2.0, 0.03, 0.02])
+    fitted = fit(observations, ("gravity", "sensor_resonance"), theta, warm=True, iterations=0)
+    found = proposals.without(observations, fitted, ("sensor_resonance",))
+    share, share_2, _, ratio, *_ = found.physical[-6:]
+    assert [share, share_2, ratio] == pytest.approx([0.7, 0.2, 1.6], rel=0.02)
 
 
 @pytest.fixture

@@ -54,9 +54,10 @@ def _program(kinds: tuple[Kind, ...], with_tangents: bool) -> Callable:
 
 def _padded(kind: Kind, rows, impact, h, pull) -> tuple[Response, Response]:
     """Every call has as many rows as a cube has corners, so that an effect is compiled once."""
-    rows = np.array(rows)
-    result = _program((kind,), True)(rows[np.arange(8) % len(rows)], impact, h, pull)
-    return jax.tree.map(lambda leaf: np.asarray(leaf)[: len(rows)], result)
+    rows, program = np.array(rows), _program((kind,), True)
+    places = np.arange(-(-len(rows) // 8) * 8).reshape(-1, 8) % len(rows)
+    results = [program(rows[place], impact, h, pull) for place in places]
+    return jax.tree.map(lambda *leaves: np.concatenate(leaves)[: len(rows)], *results)
 
 
 def run(kind: Kind, rows, impact=IMPACT, h=H, pull=0.0) -> Response:
@@ -83,8 +84,9 @@ def neutral(kind: Kind) -> np.ndarray:
 
 
 def start(kind: Kind, which: int, weaken: float = 1.0) -> np.ndarray:
-    """Where fits begin: the first (weak) or last (strong) start of every parameter."""
-    return np.array([begins(p)[which] * (1.0 if p.shape else weaken) for p in kind.parameters()])
+    """Where fits begin: the first (weak) or last (strong) start of every parameter, of one that is sought its scale."""
+    at = [p.scale if p.over and which else begins(p)[which] for p in kind.parameters()]
+    return np.array([x * (1.0 if p.shape else weaken) for x, p in zip(at, kind.parameters(), strict=True)])
 
 
 def begins(p: Parameter) -> list[float]:

@@ -204,15 +204,6 @@ def test_simulator_equals_scipy(name):
         assert np.allclose(response.sensed[0], sensed, rtol=0, atol=allowed)
 
 
-def test_a_mounting_with_two_modes_equals_scipy():
-    theta = np.array([0.5, 0.2, 300.0, 1.7, 0.05, 0.02])
-    sensed, _ = sensor_resonance(*theta).solve()
-    found = run(library()["sensor_resonance"], [theta], pull=1.0).sensed[0]
-    assert np.allclose(found, sensed, rtol=0, atol=2e-3)
-    one_mode, _ = sensor_resonance(0.7, 0.0, *theta[2:]).solve()
-    assert np.abs(sensed - one_mode).max() > 10.0
-
-
 @pytest.mark.parametrize("name", ["gravity", "end_stop", "pad_mass", "sensor_lag"])
 def test_a_sensor_on_the_robots_side_reads_the_force_less_the_inertia_of_the_tool(name):
     kind, tool_mass = library()[name], 1.8

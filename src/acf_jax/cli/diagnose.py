@@ -11,7 +11,7 @@ from acf_jax.cli._seed import SEED
 from acf_jax.progress_lines import tell_known, wants_lines
 from acf_jax.provenance import FILE
 
-FIRST = "(compiling for this machine, the first time only)"
+FIRST = "(the first one compiles for this machine)"
 
 EXAMPLES = """
 \b

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from acf_jax.diagnosis.candidates import fit_more, in_parallel, promised
+from acf_jax.diagnosis.candidates import fit_more, in_parallel, promised, with_sought
 from acf_jax.inference.baseline import Ground, one_more
 from acf_jax.inference.fit import ITERATIONS, Fit, fit
 from acf_jax.inference.observations import Observations
@@ -91,7 +91,9 @@ def swap(leader: Ground, effects: Sequence[str], known: Known) -> list[Couple]:
 def without(o: Observations, fitted: Fit, rest: Explanation) -> Fit:
     """The rest of a fit, carried on from where it is with some other law; no other program is compiled for it."""
     theta = np.append(fitted.physical[places(rest, fitted.explanation)], fitted.common)
-    return fit(o, rest, theta, fitted.nuisance, warm=True, iterations=NEAR, program=fitted.program)
+    return with_sought(
+        fit(o, rest, theta, fitted.nuisance, warm=True, iterations=NEAR, program=fitted.program)
+    )
 
 
 def without_each(o: Observations, fitted: Fit, known: Known) -> list[Fit]:

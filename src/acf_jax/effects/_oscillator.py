@@ -9,7 +9,7 @@ from acf_jax.effects._interface import AbstractEffect, Scalar
 
 
 class AbstractOscillator(AbstractEffect):
-    """A sensor with one mode: where another law of a mode fits well, this one may as well."""
+    """A sensor with a mode: where another law of a mode fits well, this one may as well."""
 
     component = "sensor"
 
