@@ -106,7 +106,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--batch", type=int, default=1_000_000, help="samples (default: 1000000)")
     parser.add_argument("--repeats", type=int, default=15, help="interleaved rounds (default: 15)")
-    parser.add_argument("--numba", action="store_true", help="find_peaks and numba alone")
     parser.add_argument("--json", type=Path, help="write the rows to this file, too")
     options = parser.parse_args(arguments)
     jax.config.update("jax_enable_x64", True)
@@ -117,18 +116,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     truth = dict(zip(with_peak.tolist(), mpmath_peak.peaks(box, with_peak).T, strict=True))
     slopes = dict(zip(with_peak.tolist(), mpmath_peak.slope_in_f_p(box, with_peak).T, strict=True))
 
-    peers = build_peaks(box)[: 4 if options.numba else None]
+    peers = build_peaks(box)
     baseline = peers[2].name
     peaks = measure(peers, options.repeats, baseline, truth)
-    gradients = [] if options.numba else build_gradients(box)
-    gradient_rows = (
-        measure(gradients, max(3, options.repeats // 3), gradients[1].name, slopes) if gradients else []
-    )
+    gradients = build_gradients(box)
+    gradient_rows = measure(gradients, max(3, options.repeats // 3), gradients[1].name, slopes)
     print(f"{options.batch:,} samples, float64, root tolerance {TOLERANCE:g}; {describe()}\n")
     print(table(peaks, f"× {baseline}", "error of F_max | error of t_max"))
-    if gradients:
-        print("\nGradient of F_max with respect to all six parameters:\n")
-        print(table(gradient_rows, "× implicit", "error of dF_max/dF_P"))
+    print("\nGradient of F_max with respect to all six parameters:\n")
+    print(table(gradient_rows, "× implicit", "error of dF_max/dF_P"))
     if options.json:
         options.json.write_text(json.dumps({"peaks": peaks, "gradients": gradient_rows}, indent=1))
 
