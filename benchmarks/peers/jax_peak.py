@@ -13,10 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 
+from acf_jax.kept import VECTORS
 from acf_jax.model import Impact, Peak, Rig, contact_force, contact_force_rate, find_peak, find_peaks
 from acf_jax.model.blocks import in_blocks
 from acf_jax.model.carlson import carlson_rc
-from acf_jax.model.peak import VECTORS
 from benchmarks.box import Box, take
 from benchmarks.peers.bracket import Bracket, guess
 from benchmarks.peers.peer import Peer

@@ -20,6 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from acf_jax.kept import VECTORS, knows
 from acf_jax.model.blocks import BLOCK, in_blocks
 from acf_jax.model.carlson import carlson_rc
 from acf_jax.model.crossing import Crossing, find_crossings, polish, residual
@@ -29,10 +30,6 @@ from acf_jax.model.rig import Impact, Rig, broadcast, common_shape
 Scalar = Float[Array, ""]
 RootFinder = Callable[[Crossing], Scalar]
 Gradient = tuple[Rig, Impact]
-
-
-# XLA keeps to 256 bits even where a processor has 512, with which a batch takes 0.6 of the time.
-VECTORS: dict[str, Any] = {"xla_cpu_prefer_vector_width": 512}
 
 
 class Peak(NamedTuple):
@@ -201,11 +198,7 @@ _as_it_comes = jax.jit(_find_peaks)
 @cache
 def _in_wide_vectors() -> Callable[[Rig, Impact], Peak]:
     """`_find_peaks` with `VECTORS`, if this version of the compiler knows what it asks for."""
-    try:
-        jax.jit(jax.lax.optimization_barrier, compiler_options=VECTORS)(0.0)
-    except jax.errors.JaxRuntimeError:
-        return _as_it_comes
-    return jax.jit(_find_peaks, compiler_options=VECTORS)
+    return jax.jit(_find_peaks, compiler_options=VECTORS) if knows(VECTORS) else _as_it_comes
 
 
 def find_peaks(rig: Rig, impact: Impact) -> Peak:
