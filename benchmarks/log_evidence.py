@@ -15,7 +15,8 @@ import numpy as np
 from nautilus import Sampler
 from scipy.stats import norm
 
-from acf_jax.evidence.marginal import SIZES, marginal
+from acf_jax.evidence.marginal import marginal
+from acf_jax.evidence.strengths import SIZES
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import SAMPLES, unpack
 from acf_jax.inference.interpolation import combine_row, taps
@@ -77,10 +78,7 @@ def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int 
         seed=seed,
     )
     sampler.run(n_eff=live)
-    # of an effect that may act either way the other half of the prior explains nothing, nor do its other strengths
-    elsewhere = np.log(2.0) * sum(every_effect()[name].acts_either_way() for name in fitted.explanation)
-    elsewhere += np.log(2.0 ** len(strengths) - 1) if len(strengths) else 0.0
-    return float(sampler.log_z - elsewhere)
+    return float(sampler.log_z)
 
 
 class _Likelihood:

@@ -1,12 +1,11 @@
-"""Learn the numbers of the posterior on a blind run, and say how well it then does on sets that it has not seen.
+"""Learn on blind runs how much conditions differ that no trial had, and say how probable the posterior made the truth.
 
     python -m acf_jax blind --out RUN --seed 7201 --cases 120
     python -m validation.calibrate RUN [RUN ...]
 
-maximises the log probability of the truth over `Learnt`, finds the degrees of freedom elsewhere with which 95 % of the
-stated shrinkages hold, and writes src/acf_jax/evidence/calibration.json. The run has to be diagnosed with the numbers
-that stand there. With `--no-write` it only says what comes out. What it prints of each kind of rig is cross-validated:
-each sixth of the sets by numbers learnt on the others.
+finds the degrees of freedom elsewhere with which 95 % of the stated shrinkages hold, and writes
+src/acf_jax/evidence/calibration.json. The run has to be diagnosed with the number that stands there. With `--no-write`
+it only says what comes out.
 """
 
 import argparse
@@ -19,23 +18,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from acf_jax.errors import InputError
-from acf_jax.evidence.learnt import CALIBRATION, LEARNT, Learnt
+from acf_jax.evidence.learnt import CALIBRATION, ELSEWHERE
 from acf_jax.evidence.marginal import Marginal, read_evidence
 from acf_jax.evidence.posterior import UNKNOWN, posterior
 from acf_jax.files import read_json_mapping, write_text
 from acf_jax.inference.parameters import Explanation
 
-BEGIN = Learnt(temperature=2.0, effect=2.0, free_curve=2.0, elsewhere=2.0)
-WIDTH = 1.5  # standard deviation of the prior of each about it, of its logarithm
-CHOSEN = 3  # numbers that are learnt by their probability; the other one is measured
 LEAST = 1e-3  # probability of the truth below which a set counts no more: it may never have been fitted
 HOLD = 0.95  # share of the stated shrinkages that shall hold
 DEGREES = np.geomspace(30.0, 0.5, 83)  # of freedom that are tried: the tails of fewer ones are wider
-FOLDS = 6
 FILE = Path(__file__).parents[1] / "src" / "acf_jax" / "evidence" / CALIBRATION
 
 
@@ -77,37 +71,14 @@ def _log_left(shrinkage: float) -> float:
     return float(np.log(max(1 - shrinkage, 1e-6)))
 
 
-def log_loss(case: Case, learnt: Learnt) -> float:
-    """Minus the log probability of the truth."""
-    p = sum(s.probability for s in posterior(case.evidence, learnt).scored if s.explanation in case.right)
-    return float(-np.log(max(p, LEAST)))
-
-
-def learn(cases: Sequence[Case]) -> Learnt:
-    """The numbers that make the truth of these cases most probable, under a wide prior, and that measured."""
-    begin = np.log(BEGIN[:CHOSEN])
-    elsewhere = freedom_elsewhere(cases)
-
-    def learnt(u: np.ndarray) -> Learnt:
-        return Learnt._make([*np.exp(u).tolist(), elsewhere])
-
-    def loss(u: np.ndarray) -> float:
-        return sum(log_loss(c, learnt(u)) for c in cases) + 0.5 * float((((u - begin) / WIDTH) ** 2).sum())
-
-    found = minimize(
-        loss, begin, method="Nelder-Mead", options={"maxiter": 900, "xatol": 0.02, "fatol": 0.02}
-    )
-    return learnt(found.x)
-
-
 def freedom_elsewhere(cases: Sequence[Case]) -> float:
     """The most degrees of freedom elsewhere with which the stated shrinkages of these cases would have held."""
     stated = [(case.left, *case.stated) for case in cases if case.stated]
     if not stated:
-        return BEGIN.elsewhere
+        return ELSEWHERE
     left, value, high, low = np.array(stated).T
     ends = np.where(left < value, low, high)
-    before = np.where(left < value, *_tails(LEARNT.elsewhere))
+    before = np.where(left < value, *_tails(ELSEWHERE))
     own = (ends - value) ** 2 - before**2  # what else is uncertain, in quadrature
     for freedom in DEGREES:
         tail = np.where(left < value, *_tails(freedom))
@@ -122,24 +93,18 @@ def _tails(freedom: float) -> tuple[float, float]:
     return 0.5 * np.log(low / median), 0.5 * np.log(high / median)
 
 
-def cross_validated(cases: Sequence[Case]) -> list[Learnt]:
-    """For each case the numbers learnt without its sixth of all cases."""
-    fold = np.random.default_rng(0).permutation(len(cases)) % FOLDS
-    of_fold = [learn([c for c, f in zip(cases, fold, strict=True) if f != k]) for k in range(FOLDS)]
-    return [of_fold[k] for k in fold]
-
-
-def report(cases: Sequence[Case], learnt: Sequence[Learnt]) -> str:
+def report(cases: Sequence[Case]) -> str:
     """Accuracy, surely wrong answers and log loss of each kind."""
     total, right, wrong = Counter[str](), Counter[str](), Counter[str]()
     lost: dict[str, list[float]] = {}
-    for case, numbers in zip(cases, learnt, strict=True):
-        first = posterior(case.evidence, numbers).scored[0]
-        is_right = first.explanation in case.right
+    for case in cases:
+        scored = posterior(case.evidence).scored
+        p = sum(s.probability for s in scored if s.explanation in case.right)
+        is_right = scored[0].explanation in case.right
         total[case.kind] += 1
         right[case.kind] += is_right
-        wrong[case.kind] += not is_right and first.probability > 0.9
-        lost.setdefault(case.kind, []).append(log_loss(case, numbers))
+        wrong[case.kind] += not is_right and scored[0].probability > 0.9
+        lost.setdefault(case.kind, []).append(-float(np.log(max(p, LEAST))))
     lines = [
         f"{kind:9} right {right[kind]} of {n}, wrong above 90 %: {wrong[kind]}, log loss {np.mean(lost[kind]):.3f}"
         for kind, n in sorted(total.items())
@@ -160,11 +125,9 @@ def main() -> None:
         started = [read_json_mapping(run / "sets" / "run.json", "name a run's folder") for run in chosen.runs]
     except InputError as error:
         raise SystemExit(f"error: {error}") from None
-    print(f"present numbers\n{report(cases, [LEARNT] * len(cases))}")
-    print(f"learnt, cross-validated\n{report(cases, cross_validated(cases))}")
-    learnt = learn(cases)
+    print(report(cases))
     content = {
-        "learnt": {name: float(f"{value:.3g}") for name, value in learnt._asdict().items()},
+        "learnt": {"elsewhere": float(f"{freedom_elsewhere(cases):.3g}")},
         "command": "python -m acf_jax blind --out RUN --seed SEED --cases CASES; python -m validation.calibrate RUN",
         "runs": [{"seed": s["seed"], "cases": s["cases"]} for s in started],
         "commit": subprocess.run(

@@ -8,11 +8,14 @@ import pytest
 from scipy.integrate import quad
 
 from acf_jax.errors import InputError
-from acf_jax.evidence.marginal import SIZES, _of_size, marginal, read_evidence
+from acf_jax.evidence.marginal import marginal, read_evidence
+from acf_jax.evidence.strengths import SIZES, of_size, ways
 from acf_jax.inference.discrepancy import discrepancy
 from acf_jax.inference.fit import Fit, fit
+from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Discrepancy, Observations
-from acf_jax.inference.parameters import begin
+from acf_jax.inference.parameters import COMMON, begin
+from acf_jax.inference.parameters import RIG as PARAMETERS
 from benchmarks.log_evidence import nested
 from tests.imagined import RIG, imagined
 
@@ -51,14 +54,14 @@ def test_the_prior_of_a_size_is_flat_in_its_logarithm(size: float, std: float) -
         epsabs=0,
     )[0]
     normal = np.log(std) - 0.5 * size**2
-    correction = _of_size(np.array([size]), np.array([[std**2]]))
+    correction = of_size(np.array([size]), np.array([[std**2]]))
     assert normal + correction == pytest.approx(np.log(flat), abs=0.1)
 
 
 def test_strengths_that_end_at_nothing_are_no_gain() -> None:
     """Of two that together are far below what can be told, how small they are says nothing."""
     variance = np.diag([0.1**2, 0.1**2])
-    tiny, small = (_of_size(np.full(2, size), variance) for size in (1e-29, 1e-3))
+    tiny, small = (of_size(np.full(2, size), variance) for size in (1e-29, 1e-3))
     assert tiny == pytest.approx(small, abs=0.1)
 
 
@@ -67,6 +70,17 @@ def test_an_effect_that_does_nothing_costs_as_much_as_sizes_that_are_not_seen(
 ) -> None:
     idle = fit(few, ("gravity",), begin(RIG.values, [0.0]), warm=True, iterations=0)
     assert marginal(idle).log_z < marginal(law).log_z
+
+
+def test_of_a_free_curve_those_terms_count_that_the_data_need(few: Observations, law: Fit) -> None:
+    """Beside a constant force its other terms have nothing to say: it is as probable as the law, but for a few nats."""
+    curve = free_curves()["unknown_actuator"]
+    first = [FORCE if p.name == "constant_n" else p.scale * p.shape for p in curve.parameters()]
+    free = fit(few, ("unknown_actuator",), begin(RIG.values, first), warm=True)
+    assert free.objective < law.objective + 0.5
+    assert marginal(free).log_z == pytest.approx(marginal(law).log_z, abs=4.0)
+    acting = np.count_nonzero(free.u[len(PARAMETERS) : -COMMON])
+    assert acting > 3 and ways("unknown_actuator") == 2 * (2**11 - 1) and ways("sensor_lag") == 1
 
 
 def test_a_discrepancy_explains_what_no_law_does_and_costs_its_freedom(few: Observations, law: Fit) -> None:

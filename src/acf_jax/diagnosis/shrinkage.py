@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from acf_jax.diagnosis.heldout import CrossValidation, HeldOut
-from acf_jax.evidence.learnt import LEARNT
+from acf_jax.evidence.learnt import ELSEWHERE
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import forward
 from acf_jax.inference.interpolation import phase_end
@@ -128,7 +128,7 @@ def _forms_elsewhere(random: np.random.Generator) -> np.ndarray:
 
     Along each it is a normal draw, whose square may well be next to nothing, but not many times as large.
     """
-    directions = LEARNT.elsewhere
+    directions = ELSEWHERE
     return random.chisquare(directions, WORLDS) / float(chi2.median(directions))
 
 

@@ -40,6 +40,9 @@ class Parameter(NamedTuple):
     over: tuple[str, int] | None = (
         None  # a shape, and at how many of its values a fit that has ended seeks this strength
     )
+    needs: tuple[
+        str, ...
+    ] = ()  # strengths of which one has to act for a shape to say anything: none named, any
 
 
 def strength(
@@ -68,9 +71,11 @@ def shape(
     meaning: str,
     looks: int = 0,
     of: Measure | None = None,
+    needs: tuple[str, ...] = (),
 ) -> Any:
     """A positive parameter that says how, not how much; without strength it has no influence."""
-    known = Parameter("", unit, low, high, starts, (low * high) ** 0.5, True, meaning, of, looks)
+    scale = (low * high) ** 0.5
+    known = Parameter("", unit, low, high, starts, scale, True, meaning, of, looks, needs=needs)
     return eqx.field(converter=jnp.asarray, default=known.scale, metadata={"parameter": known})
 
 

@@ -3,6 +3,8 @@ import jax.numpy as jnp
 from acf_jax.effects._interface import Scalar, shape, strength
 from acf_jax.effects._oscillator import AbstractOscillator, follow
 
+SECOND = ("share_2",)
+
 
 class SensorResonance(AbstractOscillator):
     """Lightly damped modes of sensor and mounting: y_i'' + 2 zeta_i omega_i y_i' + omega_i^2 y_i = omega_i^2 F.
@@ -26,9 +28,13 @@ class SensorResonance(AbstractOscillator):
     frequency_hz: Scalar = shape(
         "Hz", 40.0, 1e4, (250.0, 600.0, 1200.0), "natural frequency of the first mode", looks=28
     )
-    frequency_ratio: Scalar = shape("1", 1.2, 4.0, (2.0,), "natural frequency of the second mode over that")
+    frequency_ratio: Scalar = shape(
+        "1", 1.2, 4.0, (2.0,), "natural frequency of the second mode over that", needs=SECOND
+    )
     damping_ratio: Scalar = shape("1", 0.003, 0.15, (0.08, 0.04, 0.04), "damping ratio of the first mode")
-    damping_ratio_2: Scalar = shape("1", 0.003, 0.15, (0.02,), "damping ratio of the second mode")
+    damping_ratio_2: Scalar = shape(
+        "1", 0.003, 0.15, (0.02,), "damping ratio of the second mode", needs=SECOND
+    )
 
     def sense(self, f: tuple[Scalar, Scalar], h: Scalar, memory: Scalar) -> tuple[Scalar, Scalar]:
         omega = 2 * jnp.pi * self.frequency_hz

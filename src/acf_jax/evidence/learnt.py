@@ -1,19 +1,10 @@
-"""The numbers of the posterior that are learnt from simulated rigs, with where they come from: `calibration.json`."""
+"""What is learnt from simulated rigs, with where it comes from: `calibration.json`."""
 
 import json
 from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import Any
 
 CALIBRATION = "calibration.json"
-
-
-class Learnt(NamedTuple):
-    """What `python -m validation.calibrate` learns."""
-
-    temperature: float  # by which log evidence is divided: it is surer than it is right
-    effect: float  # cost of each law, in log probability
-    free_curve: float  # cost of a free curve, or of any other unknown cause
-    elsewhere: float  # degrees of freedom of the mean square that is left of a gap on other conditions
 
 
 def read_calibration() -> dict[str, Any]:
@@ -24,4 +15,5 @@ def read_calibration() -> dict[str, Any]:
     return content
 
 
-LEARNT = Learnt(**read_calibration()["learnt"])
+# degrees of freedom of the mean square that is left of a gap on other conditions
+ELSEWHERE: float = read_calibration()["learnt"]["elsewhere"]

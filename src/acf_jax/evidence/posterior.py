@@ -4,23 +4,26 @@ The evidence of an explanation is its marginal likelihood, beside some size of a
 are not exact. No model of the data is exact either. Where conditions disagree about which explanation is the better
 one, others might have said something else: probabilities are those of data sets drawn anew from the conditions, on
 average (Huggins and Miller, 'Reproducible model selection using bagged posteriors', Bayesian Analysis 18, 2023).
-Neighbouring samples share errors, and all conditions do, so that log evidence is surer than it is right still. It is
-divided by a temperature, as in a power posterior (Gruenwald and van Ommen, 'Inconsistency of Bayesian inference for
-misspecified linear models, and a proposal for repairing it', Bayesian Analysis 12, 2017).
+
+Before any data no law, every number of laws, and an unknown cause at each component are as likely, and so is each
+combination of as many laws, and each way in which these may act. The more there are, the better the best of them fits
+by chance, and the less likely is each (Scott and Berger, 'Bayes and empirical-Bayes multiplicity adjustment in the
+variable-selection problem', Annals of Statistics 38, 2010).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
 large ones get wrong: they are background, unless data need them where those forms may be wrong.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import log_softmax, logsumexp, softmax
 
-from acf_jax.effects import COMPONENTS
-from acf_jax.evidence.learnt import LEARNT, Learnt
+from acf_jax.effects import COMPONENTS, library
 from acf_jax.evidence.marginal import Marginal
+from acf_jax.evidence.strengths import ways
 from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.parameters import Explanation, component_of, is_free_curve, split
 
@@ -80,29 +83,29 @@ class Posterior(NamedTuple):
         return total
 
 
-def cost(explanation: Explanation, learnt: Learnt = LEARNT) -> float:
-    """Log probability that an explanation has less than the paper's model before any data."""
-    laws, curves = split(explanation)
-    return learnt.effect * len(laws) + learnt.free_curve * len(curves)
+def log_prior(explanation: Explanation) -> float:
+    """Log probability, before any data, of one way in which an explanation may act, up to a constant."""
+    laws, _ = split(explanation)
+    return -math.log(math.comb(len(library()), len(laws)) * math.prod(map(ways, explanation)))
 
 
-def log_posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> np.ndarray:
+def log_posterior(marginals: Sequence[Marginal]) -> np.ndarray:
     """Log probability (n,) of each explanation beside its discrepancy, of which none is preferred.
 
     In a data set drawn anew a condition counts as often as it is drawn, beside what fitted all.
     """
-    log_p = np.array([m.log_z / learnt.temperature - cost(m.explanation, learnt) for m in marginals])
+    log_p = np.array([m.log_z + log_prior(m.explanation) for m in marginals])
     of = np.array([m.of_conditions or (0.0,) for m in marginals])
     conditions = of.shape[1]
     even = np.full(conditions, 1 / conditions)
     more = np.random.default_rng(0).multinomial(conditions, even, DATA_SETS) - 1
-    drawn = log_p + more @ of.T / learnt.temperature
+    drawn = log_p + more @ of.T
     return np.asarray(logsumexp(log_softmax(drawn, axis=1), axis=0) - np.log(DATA_SETS))
 
 
-def posterior(marginals: Sequence[Marginal], learnt: Learnt = LEARNT) -> Posterior:
+def posterior(marginals: Sequence[Marginal]) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
-    log_p = log_posterior(marginals, learnt)
+    log_p = log_posterior(marginals)
     p = np.exp(log_p)
     sure = certain(marginals, log_p)
     told = {m.explanation: _as_stated(m, sure) for m in marginals}

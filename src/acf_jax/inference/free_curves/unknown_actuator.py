@@ -43,11 +43,20 @@ class UnknownActuator(AbstractEffect):
         "1", 0.0, 1.0, _from("held_share"), 0.5, "share of the pretension that holds the flange"
     )
     beyond_n: Scalar = strength("N", -2e3, 2e3, _from("beyond_n"), 15.0, "for each millimetre beyond a level")
-    level_m: Scalar = shape("m", 5e-5, 2e-2, _from("level_m", 0.5), "that level", of="stroke")
-    near_m: Scalar = shape(
-        "m", 1e-5, 5e-3, _from("near_m", 0.15), "within which a force appears", of="stroke"
+    level_m: Scalar = shape(
+        "m", 5e-5, 2e-2, _from("level_m", 0.5), "that level", of="stroke", needs=("beyond_n",)
     )
-    time_s: Scalar = shape("s", 5e-4, 0.1, (1e-2,), "time constant of what comes with time")
+    near_m: Scalar = shape(
+        "m", 1e-5, 5e-3, _from("near_m", 0.15), "within which a force appears", of="stroke", needs=("near_n",)
+    )
+    time_s: Scalar = shape(
+        "s",
+        5e-4,
+        0.1,
+        (1e-2,),
+        "time constant of what comes with time",
+        needs=("growing_n", "regulation_share"),
+    )
 
     def initial_relief(self, impact: Impact) -> Scalar:
         return self._stop.initial_relief(impact)

@@ -21,6 +21,7 @@ STARTS = (
     *({"pad_kg": 0.2, "frequency_hz": hz, "damping_ratio": 0.05} for hz in (150.0, 400.0)),
 )
 _from = beginning(STARTS)
+PASSED = ("passing", "passing_rate_s", "pad_kg")  # what goes through dynamics
 
 
 class UnknownContact(AbstractEffect):
@@ -57,14 +58,23 @@ class UnknownContact(AbstractEffect):
     )
     pad_kg: Scalar = strength("kg", 0.0, 3.0, _from("pad_kg"), 0.3, "mass of the pad")
 
-    level_n: Scalar = shape("N", 10.0, 5e3, _from("level_n", 0.7), "that level", of="force")
+    level_n: Scalar = shape(
+        "N", 10.0, 5e3, _from("level_n", 0.7), "that level", of="force", needs=("beyond", "flow_per_s")
+    )
     hardening: Scalar = shape(
-        "1", 0.01, 10.0, (0.3,), "by which share of the force that has flown the level grows"
+        "1",
+        0.01,
+        10.0,
+        (0.3,),
+        "by which share of the force that has flown the level grows",
+        needs=("flow_per_s",),
     )
     frequency_hz: Scalar = shape(
-        "Hz", 5.0, 1500.0, _from("frequency_hz", 100.0), "natural frequency of dynamics and pad"
+        "Hz", 5.0, 1500.0, _from("frequency_hz", 100.0), "natural frequency of dynamics and pad", needs=PASSED
     )
-    damping_ratio: Scalar = shape("1", 0.01, 5.0, _from("damping_ratio", 1.0), "their damping ratio")
+    damping_ratio: Scalar = shape(
+        "1", 0.01, 5.0, _from("damping_ratio", 1.0), "their damping ratio", needs=PASSED
+    )
 
     reach: Scalar = eqx.field(converter=jnp.asarray, default=jnp.inf)  # N, largest u that was tried
 

@@ -22,6 +22,7 @@ STARTS = (
     ),
 )
 _from = beginning(STARTS)
+YIELDING = ("yield_m", "yield_beyond_m", "slow_m", "slow_beyond_m", "inertia_m")
 
 
 class UnknownRobot(AbstractEffect):
@@ -65,13 +66,25 @@ class UnknownRobot(AbstractEffect):
     sine_m: Scalar = strength("m", -0.05, 0.05, _from("sine_m"), 2e-5, "ripple, sine")
     cosine_m: Scalar = strength("m", -0.05, 0.05, (0.0,), 2e-5, "ripple, cosine")
 
-    ripple_hz: Scalar = shape("Hz", 20.0, 1000.0, _from("ripple_hz", 100.0), "frequency of the ripple")
-    frequency_hz: Scalar = shape(
-        "Hz", 3.0, 1500.0, _from("frequency_hz", 3.0), "natural frequency of the dynamics", of="frequency"
+    ripple_hz: Scalar = shape(
+        "Hz", 20.0, 1000.0, _from("ripple_hz", 100.0), "frequency of the ripple", needs=("sine_m", "cosine_m")
     )
-    damping_ratio: Scalar = shape("1", 0.02, 3.0, _from("damping_ratio", 1.0), "their damping ratio")
-    level_n: Scalar = shape("N", 10.0, 2e3, (0.5,), "that level", of="force")
-    delay_s: Scalar = shape("s", 1e-5, 0.03, (1e-4,), "t_0")
+    frequency_hz: Scalar = shape(
+        "Hz",
+        3.0,
+        1500.0,
+        _from("frequency_hz", 3.0),
+        "natural frequency of the dynamics",
+        of="frequency",
+        needs=YIELDING,
+    )
+    damping_ratio: Scalar = shape(
+        "1", 0.02, 3.0, _from("damping_ratio", 1.0), "their damping ratio", needs=YIELDING
+    )
+    level_n: Scalar = shape(
+        "N", 10.0, 2e3, (0.5,), "that level", of="force", needs=("yield_beyond_m", "slow_beyond_m")
+    )
+    delay_s: Scalar = shape("s", 1e-5, 0.03, (1e-4,), "t_0", needs=("time_2_m", "time_3_m", "speed_2"))
 
     def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: States) -> tuple[Scalar, Scalar]:
         since = jnp.maximum(t - self.delay_s, 0.0)

@@ -19,6 +19,7 @@ STARTS = (
     *({"lagging": 0.5, "frequency_hz": hz, "damping_ratio": 0.05} for hz in (250.0, 600.0, 1200.0)),
 )
 _from = beginning(STARTS)
+PASSED = ("lagging", "rate_s")  # what goes through dynamics
 
 
 class UnknownSensor(AbstractEffect):
@@ -48,12 +49,18 @@ class UnknownSensor(AbstractEffect):
         "1", -3.0, 3.0, _from("beyond"), 0.3, "in proportion to the force beyond a level"
     )
 
-    level_n: Scalar = shape("N", 10.0, 5e3, _from("level_n", 0.7), "that level", of="force")
-    frequency_hz: Scalar = shape(
-        "Hz", 20.0, 1e4, _from("frequency_hz", 300.0), "natural frequency of the dynamics"
+    level_n: Scalar = shape(
+        "N", 10.0, 5e3, _from("level_n", 0.7), "that level", of="force", needs=("beyond",)
     )
-    damping_ratio: Scalar = shape("1", 0.005, 5.0, _from("damping_ratio", 1.0), "their damping ratio")
-    play_n: Scalar = shape("N", 0.5, 1e3, _from("play_n", 0.15), "distance at which it follows", of="force")
+    frequency_hz: Scalar = shape(
+        "Hz", 20.0, 1e4, _from("frequency_hz", 300.0), "natural frequency of the dynamics", needs=PASSED
+    )
+    damping_ratio: Scalar = shape(
+        "1", 0.005, 5.0, _from("damping_ratio", 1.0), "their damping ratio", needs=PASSED
+    )
+    play_n: Scalar = shape(
+        "N", 0.5, 1e3, _from("play_n", 0.15), "distance at which it follows", of="force", needs=("sticking",)
+    )
 
     reach: Scalar = eqx.field(converter=jnp.asarray, default=jnp.inf)  # N, largest force that was tried
 
