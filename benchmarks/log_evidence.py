@@ -16,7 +16,7 @@ from nautilus import Sampler
 from scipy.stats import norm
 
 from acf_jax.evidence.marginal import marginal
-from acf_jax.evidence.strengths import SIZES
+from acf_jax.evidence.strengths import SIZES, ways, weigh
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.forward import SAMPLES, unpack
 from acf_jax.inference.interpolation import combine_row, taps
@@ -38,18 +38,20 @@ BATCH = 100  # points that are simulated in one call
 def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int = 0) -> float:
     """Log Z of a fit's explanation by nested sampling (Skilling, 2006), under the priors of `marginal`.
 
-    **Arguments:** `fitted`: of no law, or of one; its strengths that ended at nothing stay there, as in `marginal`.
+    **Arguments:** `fitted`: of no law, or of one, in the way that `marginal` finds most probable: its other strengths
+    are nothing.
     """
     o, at, size = observations, fitted.coordinates, len(fitted.u)
-    strengths, width = _strengths(fitted)
-    acting = strengths[~fitted.at_bound[strengths]]
-    free = np.setdiff1d(np.arange(size), np.setdiff1d(strengths, acting))
+    strengths, acting, width = _strengths(fitted)
+    absent = np.setdiff1d(strengths, acting)
+    free = np.setdiff1d(np.arange(size), absent)
 
     # the prior of a share of another one ends where the share does
     lowest, highest = norm.cdf(np.where(at.is_part, [at.low, at.high], [[-np.inf], [np.inf]]))[:, free]
 
     def prior(v: np.ndarray) -> np.ndarray:
         u = fitted.u.copy()
+        u[absent] = 0.0
         u[free] = norm.ppf(np.clip(lowest + v * (highest - lowest), 1e-12, 1 - 1e-12))
         left = width * SIZES[0] * (SIZES[-1] / SIZES[0]) ** v[np.searchsorted(free, acting[:1])].sum()
         for k, j in enumerate(acting):  # the total is broken like a stick: its pieces are uniform
@@ -78,7 +80,7 @@ def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int 
         seed=seed,
     )
     sampler.run(n_eff=live)
-    return float(sampler.log_z)
+    return float(sampler.log_z - sum(np.log(ways(name)) for name in fitted.explanation))
 
 
 class _Likelihood:
@@ -122,13 +124,16 @@ class _Likelihood:
         return float(value) if np.isfinite(value) else -1e100
 
 
-def _strengths(fitted: Fit) -> tuple[np.ndarray, float]:
-    """Where the strengths of a single law stand, and the standard deviation of the sum of those that act."""
+def _strengths(fitted: Fit) -> tuple[np.ndarray, np.ndarray, float]:
+    """Where the strengths of a single law stand, those that act, and the standard deviation of the sum of these."""
     known = [p for name in fitted.explanation for p in every_effect()[name].parameters()]
-    strengths = len(RIG) + np.flatnonzero([not (p.shape or p.within) for p in known])
-    acting = strengths[~fitted.at_bound[strengths]]
-    sign = np.sign(fitted.u[acting])
-    return strengths, float(np.sqrt(sign @ np.linalg.inv(fitted.hessian)[np.ix_(acting, acting)] @ sign))
+    strengths = len(RIG) + np.flatnonzero([not (p.shape or p.within or p.needs) for p in known])
+    found = weigh(fitted).ways
+    acting = np.array(max(found, key=lambda way: found[way]), int)
+    free = np.setdiff1d(np.arange(len(fitted.u)), np.setdiff1d(strengths, acting))
+    variance, sign = np.linalg.inv(fitted.hessian[np.ix_(free, free)]), np.sign(fitted.u[acting])
+    place = np.searchsorted(free, acting)
+    return strengths, acting, float(np.sqrt(sign @ variance[np.ix_(place, place)] @ sign))
 
 
 def main() -> None:

@@ -9,13 +9,12 @@ from scipy.integrate import quad
 
 from acf_jax.errors import InputError
 from acf_jax.evidence.marginal import marginal, read_evidence
-from acf_jax.evidence.strengths import SIZES, of_size, ways
+from acf_jax.evidence.strengths import SIZES, of_size, ways, weigh
 from acf_jax.inference.discrepancy import discrepancy
 from acf_jax.inference.fit import Fit, fit
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.observations import Discrepancy, Observations
-from acf_jax.inference.parameters import COMMON, begin
-from acf_jax.inference.parameters import RIG as PARAMETERS
+from acf_jax.inference.parameters import begin
 from benchmarks.log_evidence import nested
 from tests.imagined import RIG, imagined
 
@@ -72,15 +71,17 @@ def test_an_effect_that_does_nothing_costs_as_much_as_sizes_that_are_not_seen(
     assert marginal(idle).log_z < marginal(law).log_z
 
 
-def test_of_a_free_curve_those_terms_count_that_the_data_need(few: Observations, law: Fit) -> None:
-    """Beside a constant force its other terms have nothing to say: it is as probable as the law, but for a few nats."""
+def test_a_free_curve_of_which_data_need_one_term_is_as_good_as_the_law(few: Observations, law: Fit) -> None:
+    """But for the many ways in which it might have acted; with all its terms it is far less."""
     curve = free_curves()["unknown_actuator"]
     first = [FORCE if p.name == "constant_n" else p.scale * p.shape for p in curve.parameters()]
     free = fit(few, ("unknown_actuator",), begin(RIG.values, first), warm=True)
-    assert free.objective < law.objective + 0.5
-    assert marginal(free).log_z == pytest.approx(marginal(law).log_z, abs=4.0)
-    acting = np.count_nonzero(free.u[len(PARAMETERS) : -COMMON])
-    assert acting > 3 and ways("unknown_actuator") == 2 * (2**11 - 1) and ways("sensor_lag") == 1
+    found = weigh(free).ways
+    best = max(found, key=lambda way: found[way])
+    assert len(best) <= 2 < len(max(found, key=len)) and found[best] > found[max(found, key=len)] + 5
+    assert marginal(free).log_z + np.log(ways("unknown_actuator")) == pytest.approx(
+        marginal(law).log_z + np.log(ways("gravity")), abs=4.0
+    )
 
 
 def test_a_discrepancy_explains_what_no_law_does_and_costs_its_freedom(few: Observations, law: Fit) -> None:

@@ -40,9 +40,7 @@ class Parameter(NamedTuple):
     over: tuple[str, int] | None = (
         None  # a shape, and at how many of its values a fit that has ended seeks this strength
     )
-    needs: tuple[
-        str, ...
-    ] = ()  # strengths of which one has to act for a shape to say anything: none named, any
+    needs: tuple[str, ...] = ()  # strengths of which one has to act for it to say anything; none named: any
 
 
 def strength(
@@ -57,9 +55,10 @@ def strength(
     within: str | None = None,
     per: str | None = None,
     over: tuple[str, int] | None = None,
+    needs: tuple[str, ...] = (),
 ) -> Any:
     """A parameter that is neutral at 0: the size of the effect."""
-    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks, within, per, over)
+    known = Parameter("", unit, low, high, starts, scale, False, meaning, of, looks, within, per, over, needs)
     return eqx.field(converter=jnp.asarray, default=0.0, metadata={"parameter": known})
 
 

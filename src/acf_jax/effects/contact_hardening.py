@@ -30,7 +30,7 @@ class ContactHardening(AbstractEffect):
         "1", -0.4, 3.0, (0.1, 0.5, 0.05), 0.3, "exponent of the force law less one"
     )
     gain: Scalar = strength("1", 0.0, 20.0, (0.0, 0.0, 0.1), 0.2, "relative gain of the pad's force at 1 mm")
-    pad_exponent: Scalar = shape("1", 0.7, 5.0, (1.5, 1.5, 2.0), "exponent q of that gain")
+    pad_exponent: Scalar = shape("1", 0.7, 5.0, (1.5, 1.5, 2.0), "exponent q of that gain", needs=("gain",))
 
     def contact_force(self, motion: Motion, state: States) -> Scalar:
         f_0 = jnp.maximum(motion.f_0, LEAST)

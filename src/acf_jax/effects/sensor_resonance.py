@@ -31,7 +31,9 @@ class SensorResonance(AbstractOscillator):
     frequency_ratio: Scalar = shape(
         "1", 1.2, 4.0, (2.0,), "natural frequency of the second mode over that", needs=SECOND
     )
-    damping_ratio: Scalar = shape("1", 0.003, 0.15, (0.08, 0.04, 0.04), "damping ratio of the first mode")
+    damping_ratio: Scalar = shape(
+        "1", 0.003, 0.15, (0.08, 0.04, 0.04), "damping ratio of the first mode", needs=("share",)
+    )
     damping_ratio_2: Scalar = shape(
         "1", 0.003, 0.15, (0.02,), "damping ratio of the second mode", needs=SECOND
     )

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from acf_jax.errors import InputError
-from acf_jax.evidence.strengths import strengths
+from acf_jax.evidence.strengths import log_mean, weigh
 from acf_jax.files import read_json_mapping
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.parameters import Explanation
@@ -59,8 +59,8 @@ def read_evidence(path: Path) -> tuple[Marginal, ...]:
 
 def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> Marginal:
     """The evidence of a fit; `log_volume`: by how much that of the noise is larger than without the discrepancy."""
-    of_strengths, others = strengths(fitted)
-    volume = fitted.log_det_nuisances.sum() - np.linalg.slogdet(others)[1]
+    weighed = weigh(fitted)
+    volume = fitted.log_det_nuisances.sum() - np.linalg.slogdet(weighed.others)[1]
     o = fitted.observations
     # what the noise's volume grows by is about as much in each trial, and the same for all explanations beside a size
     of_trials = 0.5 * (fitted.log_det_nuisances - fitted.chi2) - log_volume / len(o.names)
@@ -69,6 +69,6 @@ def marginal(fitted: Fit, discrepancy: float = 0.0, log_volume: float = 0.0) -> 
         fitted.explanation,
         discrepancy,
         fitted.objective,
-        float(of_strengths + 0.5 * volume - log_volume),
+        float(log_mean(weighed, fitted.explanation) + 0.5 * volume - log_volume),
         of_conditions=tuple(np.bincount(condition, of_trials).tolist()),
     )

@@ -5,9 +5,9 @@ are not exact. No model of the data is exact either. Where conditions disagree a
 one, others might have said something else: probabilities are those of data sets drawn anew from the conditions, on
 average (Huggins and Miller, 'Reproducible model selection using bagged posteriors', Bayesian Analysis 18, 2023).
 
-Before any data no law, every number of laws, and an unknown cause at each component are as likely, and so is each
-combination of as many laws, and each way in which these may act. The more there are, the better the best of them fits
-by chance, and the less likely is each (Scott and Berger, 'Bayes and empirical-Bayes multiplicity adjustment in the
+Before any data no law and every number of laws are as likely, and so is an unknown cause at each component, alone and
+beside every number of laws. Combinations of as many laws share that: the more there are, the better the best of them
+fits by chance (Scott and Berger, 'Bayes and empirical-Bayes multiplicity adjustment in the
 variable-selection problem', Annals of Statistics 38, 2010).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
@@ -23,7 +23,6 @@ from scipy.special import log_softmax, logsumexp, softmax
 
 from acf_jax.effects import COMPONENTS, library
 from acf_jax.evidence.marginal import Marginal
-from acf_jax.evidence.strengths import ways
 from acf_jax.inference.discrepancy import FORMS
 from acf_jax.inference.parameters import Explanation, component_of, is_free_curve, split
 
@@ -84,9 +83,9 @@ class Posterior(NamedTuple):
 
 
 def log_prior(explanation: Explanation) -> float:
-    """Log probability, before any data, of one way in which an explanation may act, up to a constant."""
+    """Log probability of an explanation before any data, up to a constant."""
     laws, _ = split(explanation)
-    return -math.log(math.comb(len(library()), len(laws)) * math.prod(map(ways, explanation)))
+    return -math.log(math.comb(len(library()), len(laws)))
 
 
 def log_posterior(marginals: Sequence[Marginal]) -> np.ndarray:

@@ -1,10 +1,12 @@
-"""What the strengths of effects are worth: which of them act, and how large they are, averaged over.
+"""What the strengths of effects are worth: which of them act, with which sign, and how large they are.
 
-A strength has no scale of its own: an effect is as likely to be of any size, on a logarithmic scale, from what can just
-be told to the largest. The average over sizes is taken in closed form. Of several strengths any may act alone or with
-others, and each such choice is as likely.
+A strength has no scale of its own: what acts of an effect is as likely to be of any size, on a logarithmic scale, from
+what can just be told to the largest. The average over sizes is taken in closed form. Of several strengths any may act,
+alone or with others, and with either sign where both make sense: all these ways are as likely. The evidence of an
+effect is its mean over them. Those that count are found from the fit, by taking strengths out one after the other.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,83 +14,106 @@ from scipy.special import gammaln, logsumexp
 
 from acf_jax.effects import Parameter
 from acf_jax.inference.fit import Fit
-from acf_jax.inference.parameters import RIG, every_effect
+from acf_jax.inference.parameters import RIG, Explanation, every_effect
 
 SIZES = np.geomspace(2.0, 600.0, 200)  # whitened distances that an effect is as likely to have
 
 
-def strengths(fitted: Fit) -> tuple[float, np.ndarray]:
-    """Log evidence of the strengths of a fit over that of all else, which is integrated out; the curvature of that.
+class Weighed(NamedTuple):
+    """The evidence of some ways in which the strengths of a fit may act, and the curvature in all else."""
 
-    It is that of the choice of strengths that is most probable, to second order about the fit: from all that act,
-    one after the other is taken out as long as that gains.
+    ways: dict[
+        tuple[int, ...], float
+    ]  # log evidence by where the strengths that act stand among the parameters
+    others: np.ndarray  # (q, q)
+
+
+def weigh(fitted: Fit) -> Weighed:
+    """The way of a fit, and those with fewer strengths: one after the other is taken out as long as that gains.
+
+    The log evidence of each is that over the one of all else, which is integrated out, to second order about the fit.
     """
     known, others = _known(fitted)
     acts = known.is_strength & (known.u != 0)
-    best = known.log_evidence(acts)
+    tried = {tuple(known.at[acts].tolist()): known.log_evidence(acts)}
     while True:
-        alone = [k for k in np.flatnonzero(acts) if acts[known.of == known.of[k]].sum() > 1]
-        fewer = [acts & (np.arange(len(acts)) != k) for k in alone]
+        best = max(tried.values())
+        removable = [k for k in np.flatnonzero(acts) if acts[known.of == known.of[k]].sum() > 1]
+        fewer = [acts & (np.arange(len(acts)) != k) for k in removable]
         found = [known.log_evidence(each) for each in fewer]
+        tried |= {tuple(known.at[each].tolist()): z for each, z in zip(fewer, found, strict=True)}
         if not found or max(found) <= best:
-            return best, others
-        best, acts = max(found), fewer[int(np.argmax(found))]
+            return Weighed(tried, others)
+        acts = fewer[int(np.argmax(found))]
+
+
+def log_mean(weighed: Weighed, explanation: Explanation) -> float:
+    """Log evidence of an explanation: the mean over all its ways; those that were not weighed add nothing."""
+    return float(logsumexp(list(weighed.ways.values())) - math.log(math.prod(map(ways, explanation))))
+
+
+def ways(name: str) -> int:
+    """In how many ways an effect may act: each strength not at all, or with each sign that it may have."""
+    each = (3 if p.low < 0 else 2 for p in every_effect()[name].parameters() if _is_strength(p))
+    return math.prod(each) - 1
 
 
 class _Known(NamedTuple):
-    """Strengths, and shapes that say nothing unless some of these act; all else is integrated out."""
+    """Strengths, and what says nothing unless some of these act; all else is integrated out."""
 
+    at: np.ndarray  # (k,) int, where each stands among the parameters
     u: np.ndarray  # (k,) in units of the priors
     curvature: np.ndarray  # (k, k)
     of: np.ndarray  # (k,) int, of which effect each is
-    needs: np.ndarray  # (k, k) bool, the strengths of which a shape needs one
+    needs: np.ndarray  # (k, k) bool, the strengths of which one has to act for it to say anything
     is_strength: np.ndarray  # (k,) bool
+    is_positive: np.ndarray  # (k,) bool, strengths that have one sign
 
     def log_evidence(self, acts: np.ndarray) -> float:
-        """Where of the strengths these act, (k,) bool, against standard normal priors of all, at the fit."""
-        alive = acts | (self.needs & acts).any(1)
+        """That of the strengths that act, (k,) bool, over that of all at the fit under standard normal priors."""
+        alive = (self.needs & acts).any(1)
         absent, idle = self.is_strength & ~acts, ~self.is_strength & ~alive
         kept, across = self.curvature[np.ix_(alive, alive)], self.curvature[np.ix_(alive, absent)]
         left_out = self.u[absent]
         moved = np.linalg.solve(kept, across) @ left_out
-        misfit = left_out @ (self.curvature[np.ix_(absent, absent)] @ left_out - across.T @ moved)
         u, variance = self.u.copy(), np.zeros_like(self.curvature)
         u[alive] += moved
+        if (u[acts & self.is_positive] < 0).any():
+            return -np.inf
         variance[np.ix_(alive, alive)] = np.linalg.inv(kept)
         each = (acts & (self.of == k) for k in np.unique(self.of))
-        sizes = sum(of_size(u[own], variance[np.ix_(own, own)]) for own in each)
-        spared = misfit - self.u[idle] @ self.u[idle]
-        return float(sizes - 0.5 * (spared + np.linalg.slogdet(kept)[1]))
+        sizes = sum(of_size(u[chosen], variance[np.ix_(chosen, chosen)]) for chosen in each)
+        misfit = left_out @ (self.curvature[np.ix_(absent, absent)] @ left_out - across.T @ moved)
+        prior_of_idle = self.u[idle] @ self.u[idle]
+        return float(sizes - 0.5 * (misfit - prior_of_idle + np.linalg.slogdet(kept)[1]))
 
 
 def _known(fitted: Fit) -> tuple[_Known, np.ndarray]:
-    """The strengths of a fit and their shapes, and the curvature in all else."""
+    """The strengths of a fit and what needs them, and the curvature in all else."""
     names = [(k, p) for k, name in enumerate(fitted.explanation) for p in every_effect()[name].parameters()]
     chosen = [(at, k, p) for at, (k, p) in enumerate(names, len(RIG)) if _is_strength(p) or p.needs]
     at, of = (np.array([row[column] for row in chosen], int) for column in (0, 1))
-    needs = [[p.name in shape.needs and k == own for _, k, p in chosen] for _, own, shape in chosen]
-    is_strength = np.array([_is_strength(p) for *_, p in chosen], bool)
+    needs = [
+        [k == of_it and p.name in (it.needs or (it.name,)) for _, k, p in chosen] for _, of_it, it in chosen
+    ]
     rest = np.setdiff1d(np.arange(len(fitted.u)), at)
     h = fitted.hessian
     others, across = h[np.ix_(rest, rest)], h[np.ix_(rest, at)]
     known = _Known(
+        at,
         fitted.u[at],
         h[np.ix_(at, at)] - across.T @ np.linalg.solve(others, across),
         of,
         np.array(needs, bool).reshape(len(at), len(at)),
-        is_strength,
+        np.array([_is_strength(p) for *_, p in chosen], bool),
+        np.array([_is_strength(p) and p.low >= 0 for *_, p in chosen], bool),
     )
     return known, others
 
 
-def ways(name: str) -> int:
-    """In how many ways an effect may act: a choice of its strengths each, and the sign of one that may have either."""
-    effect = every_effect()[name]
-    return (2 ** sum(map(_is_strength, effect.parameters())) - 1) * (2 if effect.acts_either_way() else 1)
-
-
 def _is_strength(p: Parameter) -> bool:
-    return not (p.shape or p.within)
+    """Whether its size is an effect's, and not a form's: what needs another one, or is a share of it, is a form's."""
+    return not (p.shape or p.within or p.needs)
 
 
 def of_size(u: np.ndarray, variance: np.ndarray) -> float:

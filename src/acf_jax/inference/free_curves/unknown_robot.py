@@ -62,6 +62,7 @@ class UnknownRobot(AbstractEffect):
         100.0,
         "of the yielding robot: under this force it yields as far",
         of="force",
+        needs=YIELDING,
     )
     sine_m: Scalar = strength("m", -0.05, 0.05, _from("sine_m"), 2e-5, "ripple, sine")
     cosine_m: Scalar = strength("m", -0.05, 0.05, (0.0,), 2e-5, "ripple, cosine")
