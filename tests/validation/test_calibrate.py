@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from acf_jax.errors import InputError
 from acf_jax.evidence.learnt import ELSEWHERE
 from acf_jax.evidence.marginal import Marginal
 from validation.calibrate import DEGREES, LEAST, Case, _tails, freedom_elsewhere, report
@@ -38,7 +39,13 @@ def test_a_run_is_told_by_how_probable_the_truth_was() -> None:
         ]
         return Case("set", "single", evidence, frozenset({FRICTION}), None, 0.0)
 
-    lost = -np.log(LEAST) / 2
-    assert report([of(-20.0), of(20.0)]) == (
-        f"single    right 1 of 2, wrong above 90 %: 1, log loss {lost:.3f}"
-    )
+    kind, by_temperature = report([of(-20.0), of(20.0)]).splitlines()
+    assert kind == f"single    right 1 of 2, wrong above 90 %: 1, log loss {-np.log(LEAST) / 2:.3f}"
+    # both sets are told by as much: the less that counts, the less is lost by the wrong one
+    losses = [float(part.split(":")[1]) for part in by_temperature.removeprefix("log loss").split(",")]
+    assert losses == sorted(losses, reverse=True) and losses[0] > losses[-1]
+
+
+def test_nothing_is_learnt_where_nothing_is_stated() -> None:
+    with pytest.raises(InputError, match="name more runs"):
+        freedom_elsewhere([Case("set", "single", [], frozenset(), None, 0.0)])

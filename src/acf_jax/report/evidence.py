@@ -71,7 +71,7 @@ def tried(diagnosis: Diagnosis) -> Html:
     note = element(
         "p",
         "χ² per sample is 1 where only noise is left. A true cause whose form differs from the library's leaves more,"
-        " so the probabilities weigh the misfit by how much of the gap an explanation removes.",
+        " so the probabilities count a share of the force as a form that is a little wrong.",
         class_="muted",
     )
     return details(
