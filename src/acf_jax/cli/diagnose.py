@@ -19,7 +19,7 @@ Examples:
   python -m acf_jax diagnose my_rig --out result
   python -m acf_jax diagnose my_rig --out result --json | python -m json.tool
   python -m acf_jax diagnose my_rig --out result --low-pass 200
-  python -m acf_jax diagnose drop_tower --out result --without robot --without actuator
+  python -m acf_jax diagnose drop_tower --out result --without robot --without end_stop
 """
 
 
