@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from nautilus import Sampler
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from acf_jax.evidence.marginal import marginal
@@ -38,8 +39,8 @@ BATCH = 100  # points that are simulated in one call
 def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int = 0) -> float:
     """Log Z of a fit's explanation by nested sampling (Skilling, 2006), under the priors of `marginal`.
 
-    **Arguments:** `fitted`: of no law, or of one, in the way that `marginal` finds most probable: its other strengths
-    are nothing.
+    **Arguments:** `fitted`: of no law, or of one. The sampler integrates over the way in which its strengths act that
+    `marginal` finds most probable; what other ways add is taken from that.
     """
     o, at, size = observations, fitted.coordinates, len(fitted.u)
     strengths, acting, width = _strengths(fitted)
@@ -80,7 +81,10 @@ def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int 
         seed=seed,
     )
     sampler.run(n_eff=live)
-    return float(sampler.log_z - sum(np.log(ways(name)) for name in fitted.explanation))
+    found = list(weigh(fitted).ways.values())
+    return float(
+        sampler.log_z + logsumexp(found) - max(found) - sum(np.log(ways(n)) for n in fitted.explanation)
+    )
 
 
 class _Likelihood:
