@@ -10,8 +10,7 @@ import pytest
 from acf_jax.dataset import GapDataset
 from acf_jax.diagnosis import Diagnosis, diagnose
 from acf_jax.diagnosis.explain import NEGLIGIBLE
-from acf_jax.evidence.learnt import LEARNT
-from acf_jax.evidence.posterior import cost
+from acf_jax.evidence.posterior import log_prior
 from tests.diagnosis.conftest import CURVES, KEPT
 from tests.few import few_explanations
 
@@ -42,7 +41,7 @@ def test_what_is_known_is_told_as_it_comes(gravity_set: GapDataset, diagnosed: D
     for m in found.evidence:
         best[m.explanation] = max(best.get(m.explanation, -float("inf")), m.log_z)
     listed = {tuple(one["effects"]): one["value"] for one in tables[-1]}
-    log_p = {e: value / LEARNT.temperature - cost(e) for e, value in listed.items()}
+    log_p = {e: value + log_prior(e) for e, value in listed.items()}
     negligible = {e for e in log_p if log_p[e] < max(log_p.values()) + np.log(NEGLIGIBLE)}
     assert set(best) <= listed.keys() <= set(best) | negligible  # of what is found beside one size alone
     first = tuple(tables[-1][0]["effects"])

@@ -9,7 +9,6 @@ import pytest
 from acf_jax.diagnosis import shrinkage
 from acf_jax.diagnosis.heldout import HeldOut
 from acf_jax.diagnosis.shrinkage import Belief, Shrinkage, left_elsewhere, peak_shrinkage
-from acf_jax.evidence.learnt import LEARNT
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.observations import Observations
 
@@ -42,7 +41,7 @@ def _force(
     )
     possible = tuple(np.full(shrinkage.DRAWS, value) for value in (4.0, late, GAP))
     monkeypatch.setattr(shrinkage, "_possible_errors", lambda *_: possible)
-    monkeypatch.setattr(shrinkage, "LEARNT", LEARNT._replace(elsewhere=200.0))
+    monkeypatch.setattr(shrinkage, "ELSEWHERE", 200.0)
     found = left_elsewhere(cast(Observations, trials), NO_FITS, (held[0], held[1]), belief, 0)
     return None if found is None else Shrinkage.of(found)
 
