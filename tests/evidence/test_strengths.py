@@ -81,6 +81,7 @@ def test_ways_are_all_signs_of_all_choices() -> None:
 NEEDY = [(name, p) for name, effect in every_effect().items() for p in effect.parameters() if p.needs]
 
 
+@pytest.mark.long  # every free curve is compiled
 @pytest.mark.parametrize(("name", "needy"), NEEDY, ids=[f"{name}-{p.name}" for name, p in NEEDY])
 def test_a_parameter_says_something_beside_what_it_needs_alone(name: str, needy: Parameter) -> None:
     known = every_effect()[name].parameters()
