@@ -43,7 +43,9 @@ def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int 
     `marginal` finds most probable; what other ways add is taken from that.
     """
     o, at, size = observations, fitted.coordinates, len(fitted.u)
-    strengths, acting, width = _strengths(fitted)
+    found = weigh(fitted).ways
+    acting = np.array(max(found, key=lambda way: found[way]), int)
+    strengths, width = _strengths(fitted, acting)
     absent = np.setdiff1d(strengths, acting)
     free = np.setdiff1d(np.arange(size), absent)
 
@@ -81,10 +83,8 @@ def nested(observations: Observations, fitted: Fit, live: int = LIVE, seed: int 
         seed=seed,
     )
     sampler.run(n_eff=live)
-    found = list(weigh(fitted).ways.values())
-    return float(
-        sampler.log_z + logsumexp(found) - max(found) - sum(np.log(ways(n)) for n in fitted.explanation)
-    )
+    others = logsumexp(list(found.values())) - max(found.values())
+    return float(sampler.log_z + others - sum(np.log(ways(name)) for name in fitted.explanation))
 
 
 class _Likelihood:
@@ -128,16 +128,14 @@ class _Likelihood:
         return float(value) if np.isfinite(value) else -1e100
 
 
-def _strengths(fitted: Fit) -> tuple[np.ndarray, np.ndarray, float]:
-    """Where the strengths of a single law stand, those that act, and the standard deviation of the sum of these."""
+def _strengths(fitted: Fit, acting: np.ndarray) -> tuple[np.ndarray, float]:
+    """Where the strengths of a single law stand, and the standard deviation of the sum of those that act."""
     known = [p for name in fitted.explanation for p in every_effect()[name].parameters()]
-    strengths = len(RIG) + np.flatnonzero([not (p.shape or p.within or p.needs) for p in known])
-    found = weigh(fitted).ways
-    acting = np.array(max(found, key=lambda way: found[way]), int)
+    strengths = len(RIG) + np.flatnonzero([p.is_size for p in known])
     free = np.setdiff1d(np.arange(len(fitted.u)), np.setdiff1d(strengths, acting))
     variance, sign = np.linalg.inv(fitted.hessian[np.ix_(free, free)]), np.sign(fitted.u[acting])
     place = np.searchsorted(free, acting)
-    return strengths, acting, float(np.sqrt(sign @ variance[np.ix_(place, place)] @ sign))
+    return strengths, float(np.sqrt(sign @ variance[np.ix_(place, place)] @ sign))
 
 
 def main() -> None:

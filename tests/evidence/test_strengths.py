@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from acf_jax.effects import Parameter, library
-from acf_jax.evidence.strengths import _is_strength, _Known, of_size, ways
+from acf_jax.evidence.strengths import _Known, of_size, ways
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.parameters import every_effect
 from tests.imagined import imagined
@@ -73,7 +73,7 @@ def test_a_shape_of_nothing_costs_nothing() -> None:
 
 def test_ways_are_all_signs_of_all_choices() -> None:
     for name in ("sensor_scale", "contact_damping", "contact_hardening", "pretension_error"):
-        known = [p for p in library()[name].parameters() if _is_strength(p)]
+        known = [p for p in library()[name].parameters() if p.is_size]
         signs = product(*[[0, 1, -1] if p.low < 0 else [0, 1] for p in known])
         assert ways(name) == sum(any(each) for each in signs)
 
@@ -92,7 +92,7 @@ def test_a_parameter_says_something_beside_what_it_needs_alone(name: str, needy:
         values[known.index(needy)] = factor * _middle(needy)
         return imagined(name, tuple(values)).force
 
-    for p in filter(_is_strength, known):
+    for p in (p for p in known if p.is_size):
         says = not np.allclose(force(p, 1.0), force(p, 1.5), rtol=0, atol=1e-9)
         assert says == (p.name in needy.needs), p.name
 

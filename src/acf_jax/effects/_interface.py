@@ -42,6 +42,11 @@ class Parameter(NamedTuple):
     )
     needs: tuple[str, ...] = ()  # strengths of which one has to act for it to say anything; none named: any
 
+    @property
+    def is_size(self) -> bool:
+        """Whether it says how large an effect is: a strength that is no share of another one and needs none."""
+        return not (self.shape or self.within or self.needs)
+
 
 def strength(
     unit: str,

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaln, logsumexp
 
-from acf_jax.effects import Parameter
 from acf_jax.inference.fit import Fit
 from acf_jax.inference.parameters import RIG, Explanation, every_effect
 
@@ -22,9 +21,7 @@ SIZES = np.geomspace(2.0, 600.0, 200)  # whitened distances that an effect is as
 class Weighed(NamedTuple):
     """The evidence of some ways in which the strengths of a fit may act, and the curvature in all else."""
 
-    ways: dict[
-        tuple[int, ...], float
-    ]  # log evidence by where the strengths that act stand among the parameters
+    ways: dict[tuple[int, ...], float]  # log evidence by which parameters are the strengths that act
     others: np.ndarray  # (q, q)
 
 
@@ -54,7 +51,7 @@ def log_mean(weighed: Weighed, explanation: Explanation) -> float:
 
 def ways(name: str) -> int:
     """In how many ways an effect may act: each strength not at all, or with each sign that it may have."""
-    each = (3 if p.low < 0 else 2 for p in every_effect()[name].parameters() if _is_strength(p))
+    each = (3 if p.low < 0 else 2 for p in every_effect()[name].parameters() if p.is_size)
     return math.prod(each) - 1
 
 
@@ -91,7 +88,7 @@ class _Known(NamedTuple):
 def _known(fitted: Fit) -> tuple[_Known, np.ndarray]:
     """The strengths of a fit and what needs them, and the curvature in all else."""
     names = [(k, p) for k, name in enumerate(fitted.explanation) for p in every_effect()[name].parameters()]
-    chosen = [(at, k, p) for at, (k, p) in enumerate(names, len(RIG)) if _is_strength(p) or p.needs]
+    chosen = [(at, k, p) for at, (k, p) in enumerate(names, len(RIG)) if p.is_size or p.needs]
     at, of = (np.array([row[column] for row in chosen], int) for column in (0, 1))
     needs = [
         [k == of_it and p.name in (it.needs or (it.name,)) for _, k, p in chosen] for _, of_it, it in chosen
@@ -105,15 +102,10 @@ def _known(fitted: Fit) -> tuple[_Known, np.ndarray]:
         h[np.ix_(at, at)] - across.T @ np.linalg.solve(others, across),
         of,
         np.array(needs, bool).reshape(len(at), len(at)),
-        np.array([_is_strength(p) for *_, p in chosen], bool),
-        np.array([_is_strength(p) and p.low >= 0 for *_, p in chosen], bool),
+        np.array([p.is_size for *_, p in chosen], bool),
+        np.array([p.is_size and p.low >= 0 for *_, p in chosen], bool),
     )
     return known, others
-
-
-def _is_strength(p: Parameter) -> bool:
-    """Whether its size is an effect's, and not a form's: what needs another one, or is a share of it, is a form's."""
-    return not (p.shape or p.within or p.needs)
 
 
 def of_size(u: np.ndarray, variance: np.ndarray) -> float:
