@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from acf_jax.dataset import LowPass, Noise
-from acf_jax.diagnosis.statements import of_minor, of_scatter
-from acf_jax.evidence.posterior import UNKNOWN
+from acf_jax.diagnosis.statements import of_scatter, of_unnamed
+from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored
+from acf_jax.inference.parameters import Explanation
 from acf_jax.inference.ring import Ring
 from tests.repeated import repeated
 
@@ -37,9 +38,19 @@ def test_nothing_is_said_of_repeats_that_agree() -> None:
     assert not of_scatter(0.0, replace(repeated(0.0), noise=Noise(QUIET)))  # as exact as a simulation is
 
 
-def test_laws_beside_a_missing_cause_are_not_called_small() -> None:
-    """They are not named since they explain little; beside a law that is named, what is left out is small."""
+def test_laws_that_are_not_named_are_said_with_what_may_stand_in_their_place() -> None:
+    """Not so beside a missing cause: there laws are not named since they explain little."""
+    of = {
+        ("contact_damping", "fixture_mass"): 0.6,
+        ("fixture_mass", "gravity"): 0.38,
+        ("fixture_mass",): 0.02,
+    }
     corrected: Any = SimpleNamespace(explanation=("contact_damping", "fixture_mass"))
-    assert not of_minor(corrected, UNKNOWN)
-    (said,) = of_minor(corrected, ("fixture_mass",))
-    assert "also has contact damping" in said
+
+    def told(first: Explanation) -> Posterior:
+        return Posterior((Scored(first, 0.9),), {first: of}, {first: {0.0: 1.0}})
+
+    assert not of_unnamed(corrected, told(UNKNOWN))
+    (said,) = of_unnamed(corrected, told(("fixture_mass",)))
+    assert "also has contact damping, not named" in said
+    assert "contact damping 60%, constant force on the flange (gravity) 38%)" in said

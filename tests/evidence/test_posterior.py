@@ -1,5 +1,6 @@
 """From marginal likelihoods to probabilities."""
 
+import math
 from itertools import combinations
 
 import numpy as np
@@ -138,13 +139,45 @@ def test_an_explanation_is_stated_by_the_laws_that_matter() -> None:
     }
     found = posterior(_with_changes(rows))
     assert found.scored[0].explanation == GRAVITY
-    apart = posterior([Marginal(e, 0.0, -z, 0.0) for e, (z, _) in rows.items()])
-    assert found.scored[0].probability == pytest.approx(1 - dict(apart.scored)[FRICTION], rel=1e-4)
+    odds = {e: np.exp(z) / math.comb(len(library()), len(e)) for e, (z, _) in rows.items()}
+    total = sum(odds.values())
+    assert found.scored[0].probability == pytest.approx(1 - odds[FRICTION] / total, rel=1e-4)
     assert found.stated(("gravity", "sensor_lag")) == GRAVITY
     assert found.of(("gravity", "sensor_lag")) == pytest.approx(
-        dict(apart.scored)[("gravity", "sensor_lag")], rel=1e-3
+        odds["gravity", "sensor_lag"] / total, rel=1e-3
     )
     assert sum(found.behind[GRAVITY].values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("lead", "stated"),
+    [
+        (1.0, ("gravity",)),  # odds of 2.7: it may be either
+        (1.2, ("gravity", "sensor_lag")),  # 3.3
+    ],
+)
+def test_a_law_is_named_where_three_quarters_of_the_probability_has_it(
+    lead: float, stated: Explanation
+) -> None:
+    """Of two laws that may stand beside gravity, the larger they are, neither is named before it is likely."""
+    rows: dict[Explanation, tuple[float, tuple[float, ...]]] = {
+        ("gravity", "sensor_lag"): (50.0 + lead, (20.0, 20.0)),
+        ("gravity", "sensor_scale"): (50.0, (20.0, 20.0)),
+        ("coulomb_friction",): (40.0, ()),
+        ("unknown_robot",): (55.0, ()),  # says nothing of laws
+    }
+    laws = [s for s in posterior(_with_changes(rows)).scored if s.explanation != UNKNOWN]
+    assert laws[0].explanation == stated
+    assert sum(s.probability for s in laws) < 0.99
+
+
+def test_where_no_law_is_likely_each_explanation_is_stated_as_it_is() -> None:
+    rows: dict[Explanation, tuple[float, tuple[float, ...]]] = {
+        GRAVITY: (0.0, ()),
+        FRICTION: (0.1, ()),
+        ("sensor_lag",): (0.2, ()),
+    }
+    assert {s.explanation for s in posterior(_with_changes(rows)).scored} == set(rows)
 
 
 def test_a_small_law_that_data_need_where_forms_may_be_wrong_is_stated() -> None:

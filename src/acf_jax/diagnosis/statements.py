@@ -2,7 +2,7 @@
 
 from acf_jax.diagnosis.claims import Comparison
 from acf_jax.diagnosis.heldout import FORM_UNKNOWN
-from acf_jax.evidence.posterior import UNKNOWN, Posterior
+from acf_jax.evidence.posterior import CREDIBLE, UNKNOWN, Posterior
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.discrepancy import FASTEST, FORMS
 from acf_jax.inference.fit import Fit
@@ -46,13 +46,21 @@ def of_discrepancy(told: Posterior) -> list[str]:
     ]
 
 
-def of_minor(corrected: Fit, named: Explanation) -> list[str]:
-    """Which laws of the corrected model are too small to be named."""
+def of_unnamed(corrected: Fit, told: Posterior) -> list[str]:
+    """Which laws the corrected model has beside those that are named, and which others may be there in their place."""
+    named = told.scored[0].explanation
     others = tuple(name for name in corrected.explanation if name not in named)
     if not others or named == UNKNOWN or is_free_curve(corrected.explanation):
         return []
+    share: dict[str, float] = {}
+    for explanation, p in told.behind[named].items():
+        for name in set(explanation) - set(named):
+            share[name] = share.get(name, 0.0) + p
+    likely = sorted((name for name, p in share.items() if p >= 1 - CREDIBLE), key=lambda name: -share[name])
+    odds = ", ".join(f"{label((name,)).lower()} {share[name]:.0%}" for name in likely)
     return [
-        f"the corrected model also has {label(others).lower()}: too small to be told from other laws, so not named"
+        f"the corrected model also has {label(others).lower()}, not named: too small, or these trials do not tell it"
+        f" from other laws (so probable is each beside the laws named: {odds})"
     ]
 
 

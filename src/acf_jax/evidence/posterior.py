@@ -11,7 +11,9 @@ fits by chance (Scott and Berger, 'Bayes and empirical-Bayes multiplicity adjust
 variable-selection problem', Annals of Statistics 38, 2010).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
-large ones get wrong: they are background, unless data need them where those forms may be wrong.
+large ones get wrong: they are background, unless data need them where those forms may be wrong. Of the others those are
+named that laws need, whatever stands beside them: a law of which the data do not tell whether it is that one or another
+leads to a wrong repair.
 """
 
 import math
@@ -28,6 +30,9 @@ from acf_jax.inference.parameters import Explanation, component_of, is_free_curv
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95  # as intervals: the share of the probability, or of what laws change, that counts as all
+# share of the probability of laws from which on one is named: odds of three to one are positive evidence (Kass and
+# Raftery, 'Bayes factors', Journal of the American Statistical Association 90, 1995)
+POSITIVE = 0.75
 DATA_SETS = 500  # drawn from the conditions: a probability of a half is told to 2 %
 TINY = float(np.finfo(float).tiny)  # odds of any two explanations exist
 
@@ -106,12 +111,10 @@ def posterior(marginals: Sequence[Marginal]) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals)
     p = np.exp(log_p)
-    sure = certain(marginals, log_p)
-    told = {m.explanation: _as_stated(m, sure) for m in marginals}
+    told = _as_stated(marginals, log_p)
     beside: dict[Explanation, dict[float, float]] = {}
     for m, value in zip(marginals, p.tolist(), strict=True):
-        is_missing = not m.explanation and m.discrepancy > FORMS
-        sizes = beside.setdefault(UNKNOWN if is_missing else told[m.explanation], {})
+        sizes = beside.setdefault(UNKNOWN if _is_unknown(m) else told[m.explanation], {})
         sizes[m.discrepancy] = sizes.get(m.discrepancy, TINY) + value
     total = {e: sum(sizes.values()) for e, sizes in beside.items()}
     return Posterior(
@@ -121,24 +124,44 @@ def posterior(marginals: Sequence[Marginal]) -> Posterior:
     )
 
 
-def _as_stated(m: Marginal, sure: set[str]) -> Explanation:
-    """How an explanation is stated: a free curve, alone or beside laws, as an unknown cause."""
-    if is_free_curve(m.explanation):
-        return UNKNOWN
-    small = minor(m) - sure
-    return tuple(name for name in m.explanation if name not in small)
+def _as_stated(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, Explanation]:
+    """How each explanation is stated: by the laws that are named, or where none of its laws is, by all that matter.
+
+    A free curve, alone or beside laws, is stated as an unknown cause.
+    """
+    sure = certain(marginals, log_p)
+    matter = {
+        m.explanation: tuple(name for name in m.explanation if name not in minor(m) - sure) for m in marginals
+    }
+    of_laws = {e: laws for e, laws in matter.items() if not is_free_curve(e)}
+    by_laws = [k for k, m in enumerate(marginals) if not _is_unknown(m)]
+    named = needed([matter[marginals[k].explanation] for k in by_laws], log_p[by_laws], POSITIVE)
+    return {
+        e: tuple(name for name in laws if name in named) or laws if e in of_laws else UNKNOWN
+        for e, laws in matter.items()
+    }
+
+
+def _is_unknown(m: Marginal) -> bool:
+    """Whether a cause that no law describes is weighed: a free curve, or no law where much is missing."""
+    return is_free_curve(m.explanation) or (not m.explanation and m.discrepancy > FORMS)
 
 
 def certain(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
     """The laws that 95 % of the probability of laws needs beside forms that are as wrong as they may be."""
-    by_laws = [
+    beside = [
         k for k, m in enumerate(marginals) if m.discrepancy == FORMS and not is_free_curve(m.explanation)
     ]
+    return needed([marginals[k].explanation for k in beside], log_p[beside], CREDIBLE)
+
+
+def needed(explanations: Sequence[Explanation], log_p: np.ndarray, enough: float) -> set[str]:
+    """The laws that at least the share `enough` of the probability of some explanations has."""
     share: dict[str, float] = {}
-    for k, p in zip(by_laws, softmax(log_p[by_laws]).tolist() if by_laws else (), strict=True):
-        for name in marginals[k].explanation:
+    for explanation, p in zip(explanations, softmax(log_p).tolist() if len(log_p) else (), strict=True):
+        for name in explanation:
             share[name] = share.get(name, 0.0) + p
-    return {name for name, p in share.items() if p >= CREDIBLE}
+    return {name for name, p in share.items() if p >= enough}
 
 
 def minor(m: Marginal) -> set[str]:
