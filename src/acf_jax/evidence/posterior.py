@@ -5,10 +5,10 @@ are not exact. No model of the data is exact either. Where conditions disagree a
 one, others might have said something else: probabilities are those of data sets drawn anew from the conditions, on
 average (Huggins and Miller, 'Reproducible model selection using bagged posteriors', Bayesian Analysis 18, 2023).
 
-Before any data no law and every number of laws are as likely, and so is an unknown cause at each component, alone and
-beside every number of laws. Combinations of as many laws share that: the more there are, the better the best of them
-fits by chance (Scott and Berger, 'Bayes and empirical-Bayes multiplicity adjustment in the
-variable-selection problem', Annals of Statistics 38, 2010).
+Before any data it is as likely as not that an unknown cause acts, and as likely at each component. No law and every
+number of laws are as likely, and so are all combinations of as many: the more there are, the better the best of them
+fits by chance (Scott and Berger, 'Bayes and empirical-Bayes multiplicity adjustment in the variable-selection problem',
+Annals of Statistics 38, 2010).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
 large ones get wrong: they are background, unless data need them where those forms may be wrong. Of the others those are
@@ -89,8 +89,8 @@ class Posterior(NamedTuple):
 
 def log_prior(explanation: Explanation) -> float:
     """Log probability of an explanation before any data, up to a constant."""
-    laws, _ = split(explanation)
-    return -math.log(math.comb(len(library()), len(laws)))
+    laws, curves = split(explanation)
+    return -math.log(math.comb(len(library()), len(laws)) * math.comb(len(COMPONENTS), len(curves)))
 
 
 def log_posterior(marginals: Sequence[Marginal]) -> np.ndarray:
