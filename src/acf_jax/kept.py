@@ -49,14 +49,15 @@ def kept(
     traced = jax.jit(function, compiler_options=options)
     folder = _folder(sources)
     if not folder:
-        return traced
+        return traced.lower(*arguments).compile()
     path = folder / _digest(name, arguments)
     content = _read(path)
     if content is None:
         content = bytes(export.export(traced)(*arguments).serialize())
         with contextlib.suppress(OSError):
             write_bytes(path, sha256(content).digest() + content)
-    return jax.jit(export.deserialize(bytearray(content)).call, compiler_options=options)
+    again = jax.jit(export.deserialize(bytearray(content)).call, compiler_options=options)
+    return again.lower(*arguments).compile()
 
 
 def is_first(sources: tuple[str, ...]) -> bool:

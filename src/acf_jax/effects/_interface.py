@@ -111,7 +111,7 @@ class AbstractEffect(eqx.Module):
     delays: ClassVar[bool] = False  # what it does to the reading is much like a delay
     longest_step: ClassVar[float] = float("inf")  # s, of a simulation that resolves its own dynamics
     n_state: ClassVar[int] = 0
-    n_memory: ClassVar[int] = 2  # entries of the memory of `sense`
+    n_memory: ClassVar[int] = 0  # entries of the memory of `sense`; none: the sensor has no dynamics
 
     def robot_displacement(self, rig: Rig, impact: Impact, t: Scalar, state: States) -> tuple[Scalar, Scalar]:
         """Displacement (m) and velocity (m/s) of the robot in addition to v t."""
@@ -160,7 +160,8 @@ class AbstractEffect(eqx.Module):
     ) -> tuple[Float[Array, " n_memory"], Scalar]:
         """The reading at the end of a step of h seconds over which the force went linearly from f[0] to f[1].
 
-        `memory` starts at zero (no force before contact). Returns the new memory and the reading (N).
+        Only effects at the sensor have one. `memory` starts at zero (no force before contact). Returns the new memory
+        and the reading (N).
         """
         return memory, f[1]
 

@@ -12,6 +12,7 @@ class AbstractOscillator(AbstractEffect):
     """A sensor with a mode: where another law of a mode fits well, this one may as well."""
 
     component = "sensor"
+    n_memory = 2
 
     @abc.abstractmethod
     def mode(self) -> tuple[Scalar, Scalar]:

@@ -1,3 +1,4 @@
+import math
 from functools import partial
 
 import jax
@@ -39,12 +40,11 @@ class ContactHardening(AbstractEffect):
 
     def _law(self, rig: Rig, compression: Scalar) -> Scalar:
         """Force of a compression, an odd law: beyond the loss of contact the paper's spring is two-sided, too."""
-        n, size = 1 + self.exponent_excess, jnp.sqrt(compression**2 + TINY**2)
-        power = F_0 * (rig.k_c * size / (n * F_0)) ** n
-        return (
-            jnp.sign(compression) * power
-            + self.gain * rig.k_c * compression * (size / S_0) ** self.pad_exponent
-        )
+        n, log_size = 1 + self.exponent_excess, 0.5 * jnp.log(compression**2 + TINY**2)
+        # of powers by exp and log a compiler computes many at once, with their derivatives
+        power = F_0 * jnp.exp(n * (log_size + jnp.log(rig.k_c / (n * F_0))))
+        stiffer = jnp.exp(self.pad_exponent * (log_size - math.log(S_0)))
+        return jnp.sign(compression) * power + self.gain * rig.k_c * compression * stiffer
 
     def _at_rest(self, rig: Rig, f_0: Scalar) -> Scalar:
         """The compression under the force f_0, by Newton's method from what either term alone would need."""

@@ -142,7 +142,7 @@ def _stride(explanation: Explanation) -> float:
     """The longest step, in sampling intervals."""
     if delays(explanation):
         return LAGGING  # contact begins anywhere between two samples, and what is followed then is a jump
-    return RINGING if any(cls.component == "sensor" for cls in classes(explanation)) else STRIDE
+    return RINGING if any(cls.n_memory for cls in classes(explanation)) else STRIDE
 
 
 def after_a_step(fitted: Fit, about: Linearisation, trials: np.ndarray) -> float:

@@ -3,7 +3,8 @@ without."""
 
 import dataclasses
 import functools
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Hashable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -151,7 +152,19 @@ def _acting(
 
 
 @functools.lru_cache(PROGRAMS)
-def _program(
+def _making(*key: Hashable) -> threading.Lock:
+    """Held while a program is made, which several threads may ask for at once."""
+    return threading.Lock()
+
+
+def _program(*key: Any) -> Callable[..., tuple[Array, Array]]:
+    """That of `_made`, made once."""
+    with _making(*key):
+        return _made(*key)
+
+
+@functools.lru_cache(PROGRAMS)
+def _made(
     explanation: Explanation, is_moved: bool, has_tool: bool, block: int, is_plain: bool = False
 ) -> Callable[..., tuple[Array, Array]]:
     """Of so many impacts as a `block` has; `is_moved`: whose robots move as measured; `has_tool`: before the sensor.
@@ -249,16 +262,17 @@ def forward_plain(
 ) -> Forces:
     """Forces of trials with parameters of their own, theta (trials, p); other arguments as of `forward`.
 
-    One program does for every explanation: it has all laws, most of them without strength. A free curve alone has its
-    own, which is quickly compiled.
+    One program does for every explanation: it has all laws, most of them without strength. A free curve alone is not
+    worth one beside that with tangents.
 
     **Returns:** `Forces` without tangents.
     """
     laws, curves = split(explanation)
-    others = () if curves and not laws else effects.library()
-    program = tuple(sorted({*others, *explanation}))
+    is_plain = bool(laws or not curves)
+    program = tuple(sorted({*effects.library(), *explanation})) if is_plain else explanation
     theta = _widened(explanation, program, theta)
-    return _run(program, True, theta, v_e, f_p, grid, np.inf, robot, error, steps)
+    found = _run(program, is_plain, theta, v_e, f_p, grid, np.inf, robot, error, steps)
+    return found if is_plain else found._replace(rows=found.rows[:, :1])
 
 
 def _widened(explanation: Explanation, program: Explanation, theta: np.ndarray) -> np.ndarray:

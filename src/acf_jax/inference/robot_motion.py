@@ -28,7 +28,6 @@ class MeasuredMotion(AbstractEffect):
 
     component = "robot"
     title = "Measured motion"
-    n_memory = 0
 
     spacing: Scalar | float  # s, between nodes
     velocity: Float[Array, "parts nodes"]  # m/s

@@ -60,6 +60,11 @@ class System(NamedTuple):
         None  # kg, of the moving mass, between the contact and the sensor; None: nothing
     )
 
+    @property
+    def sensors(self) -> tuple[AbstractEffect, ...]:
+        """The effects that the force passes through, one after the other."""
+        return tuple(e for e in self.effects if e.component == "sensor")
+
     @jax.jit  # traced once, not at each of the places that call it
     def motion(self, t: Scalar, y: State) -> Motion:
         """What acts at time t: the compression first, then the contact force (paper, Eqs. 2 and 8)."""
@@ -153,11 +158,11 @@ def start(system: System, h: Scalar, has_sensor: bool = True) -> Moving:
     """The instant of first contact."""
     zero, y_0 = jnp.zeros(()), at_rest(system.effects)
     f_0 = system.forces(zero, y_0, system.free_share(zero, zero, y_0))
-    memory_0 = tuple(jnp.zeros(e.n_memory) for e in system.effects) if has_sensor else ()
+    memory_0 = tuple(jnp.zeros(e.n_memory) for e in system.sensors) if has_sensor else ()
     # Before contact the force is zero: a step of almost no length carries the jump to F_C(0) into the sensors. Not
     # shorter: the slope of the jump would drown their readings in rounding errors.
     silence = (zero,) * (len(f_0) + len(memory_0))
-    signals_0, _ = _sense(system.effects, silence, f_0, h * 1e-3, memory_0)
+    signals_0, _ = _sense(system.sensors, silence, f_0, h * 1e-3, memory_0)
     return Moving(y_0, jnp.asarray(False), signals_0, memory_0)
 
 
@@ -168,12 +173,12 @@ def advance(system: System, k: Int[Array, ""], h: Scalar, moving: Moving) -> Mov
     y = system.step(t, h, moving.y, free)
     released = moving.released | (free > 0)
     forces = system.forces(t + h, y, jnp.where(released, 1.0, 0.0))
-    signals, memories = _sense(system.effects, moving.signals, forces, h, moving.memories)
+    signals, memories = _sense(system.sensors, moving.signals, forces, h, moving.memories)
     return Moving(y, released, signals, memories)
 
 
 def _sense(
-    effects: tuple[AbstractEffect, ...],
+    sensors: tuple[AbstractEffect, ...],
     before: tuple[Scalar, ...],
     forces: tuple[Scalar, ...],
     h: Scalar,
@@ -181,7 +186,7 @@ def _sense(
 ) -> tuple[tuple[Scalar, ...], tuple[Array, ...]]:
     """Signals of `Moving`, from the same one step earlier; no sensor stages without memories."""
     after, kept = list(forces), []
-    for e, last, memory in zip(effects, before[len(forces) - 1 :], memories, strict=False):
+    for e, last, memory in zip(sensors, before[len(forces) - 1 :], memories, strict=False):
         memory, reading = e.sense((last, after[-1]), h, memory)
         after.append(reading)
         kept.append(memory)
