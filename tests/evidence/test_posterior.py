@@ -23,6 +23,7 @@ from acf_jax.inference.discrepancy import FORMS, SIZES
 from acf_jax.inference.free_curves import free_curves
 from acf_jax.inference.parameters import Explanation
 
+WIDER = min(size for size in SIZES if size > FORMS)
 GRAVITY, FRICTION, ROBOT = ("gravity",), ("coulomb_friction",), ("unknown_robot",)
 
 
@@ -186,6 +187,18 @@ def test_where_no_law_is_likely_each_explanation_is_stated_as_it_is() -> None:
         ("sensor_lag",): (0.2, ()),
     }
     assert {s.explanation for s in posterior(_with_changes(rows)).scored} == set(rows)
+
+
+def test_beside_a_missing_cause_laws_are_stated_only_where_they_are_named() -> None:
+    """Where much is missing each law may stand in for what misses: unless one is likely, the cause is unknown."""
+
+    def first(lead: float) -> Explanation:
+        laws = {GRAVITY: lead, FRICTION: 0.1, ("sensor_lag",): 0.2}
+        rows = [Marginal(e, WIDER, -z, 0.0) for e, z in laws.items()]
+        return posterior([*rows, Marginal((), FORMS, 50.0, 0.0)]).scored[0].explanation
+
+    assert first(lead=0.3) == UNKNOWN
+    assert first(lead=5.0) == GRAVITY
 
 
 def test_a_small_law_that_data_need_where_forms_may_be_wrong_is_stated() -> None:

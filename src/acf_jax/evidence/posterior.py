@@ -13,7 +13,7 @@ Annals of Statistics 38, 2010).
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
 large ones get wrong: they are background, unless data need them where those forms may be wrong. Of the others those are
 named that laws need, whatever stands beside them: a law of which the data do not tell whether it is that one or another
-leads to a wrong repair.
+leads to a wrong repair. Where much is missing and no law is named, the cause is unknown.
 """
 
 import math
@@ -111,10 +111,11 @@ def posterior(marginals: Sequence[Marginal]) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals)
     p = np.exp(log_p)
-    told = _as_stated(marginals, log_p)
+    told, named = _as_stated(marginals, log_p)
     beside: dict[Explanation, dict[float, float]] = {}
     for m, value in zip(marginals, p.tolist(), strict=True):
-        sizes = beside.setdefault(UNKNOWN if _is_unknown(m) else told[m.explanation], {})
+        is_missing = m.discrepancy > FORMS and named.isdisjoint(m.explanation)
+        sizes = beside.setdefault(UNKNOWN if is_missing else told[m.explanation], {})
         sizes[m.discrepancy] = sizes.get(m.discrepancy, TINY) + value
     total = {e: sum(sizes.values()) for e, sizes in beside.items()}
     return Posterior(
@@ -124,27 +125,29 @@ def posterior(marginals: Sequence[Marginal]) -> Posterior:
     )
 
 
-def _as_stated(marginals: Sequence[Marginal], log_p: np.ndarray) -> dict[Explanation, Explanation]:
-    """How each explanation is stated: by the laws that are named, or where none of its laws is, by all that matter.
+def _as_stated(
+    marginals: Sequence[Marginal], log_p: np.ndarray
+) -> tuple[dict[Explanation, Explanation], set[str]]:
+    """How each explanation is stated, and the laws that are named.
 
-    A free curve, alone or beside laws, is stated as an unknown cause.
+    Each is stated by those of its laws that are named, or where none is, by all that matter. A free curve, alone or
+    beside laws, is stated as an unknown cause.
     """
     sure = certain(marginals, log_p)
     matter = {
         m.explanation: tuple(name for name in m.explanation if name not in minor(m) - sure) for m in marginals
     }
-    of_laws = {e: laws for e, laws in matter.items() if not is_free_curve(e)}
-    by_laws = [k for k, m in enumerate(marginals) if not _is_unknown(m)]
+    by_laws = [
+        k
+        for k, m in enumerate(marginals)
+        if not is_free_curve(m.explanation) and (m.explanation or m.discrepancy <= FORMS)
+    ]
     named = needed([matter[marginals[k].explanation] for k in by_laws], log_p[by_laws], POSITIVE)
-    return {
-        e: tuple(name for name in laws if name in named) or laws if e in of_laws else UNKNOWN
+    told = {
+        e: UNKNOWN if is_free_curve(e) else tuple(name for name in laws if name in named) or laws
         for e, laws in matter.items()
     }
-
-
-def _is_unknown(m: Marginal) -> bool:
-    """Whether a cause that no law describes is weighed: a free curve, or no law where much is missing."""
-    return is_free_curve(m.explanation) or (not m.explanation and m.discrepancy > FORMS)
+    return told, named
 
 
 def certain(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
