@@ -48,7 +48,7 @@ def test_speed_is_the_papers_inverse(call):
     assert result.exit_code == 1 and f"{np.floor(v * 1e4) / 1e4:.4f} m/s" in result.output
     assert "none: pressing without speed takes 100 N already" in result.output
     kept = call("speed", "--model", CONFIGS / "table1_rig.yaml", "--f-p", "100", "--limit", "250")
-    assert kept.exit_code == 0 and kept.output.splitlines()[1].endswith("1.0000    not within 1 s")
+    assert kept.exit_code == 0 and kept.output.splitlines()[1].endswith("1.0000    no stop within 1 s needed")
 
 
 def test_a_rigs_file_is_called_rig_in_every_command_that_takes_one(call):

@@ -39,7 +39,7 @@ def test_nothing_is_said_of_repeats_that_agree() -> None:
 
 
 def test_laws_that_are_not_named_are_said_with_what_may_stand_in_their_place() -> None:
-    """Not so beside a missing cause: there laws are not named since they explain little."""
+    """Nothing is said where the cause is unknown."""
     of = {
         ("contact_damping", "fixture_mass"): 0.6,
         ("fixture_mass", "gravity"): 0.38,
@@ -52,5 +52,5 @@ def test_laws_that_are_not_named_are_said_with_what_may_stand_in_their_place() -
 
     assert not of_unnamed(corrected, told(UNKNOWN))
     (said,) = of_unnamed(corrected, told(("fixture_mass",)))
-    assert "also has contact damping, not named" in said
-    assert "contact damping 60%, constant force on the flange (gravity) 38%)" in said
+    assert "also has contact damping: not named" in said
+    assert said.endswith("contact damping 60 %, constant force on the flange (gravity) 38 %")

@@ -86,7 +86,7 @@ def test_an_explanation_is_as_probable_as_beside_all_discrepancies_together() ->
     assert p[2:].sum() > p[1] and both.of(GRAVITY) == pytest.approx(alone.of(GRAVITY), abs=0.01)
 
 
-def test_where_a_cause_is_missing_none_is_unknown() -> None:
+def test_no_law_where_much_is_missing_is_an_unknown_cause() -> None:
     for size, share in ((0.03, 0.0), (0.1, 1.0)):
         rows = [Marginal((), size, 500.0, 0.0), Marginal(GRAVITY, size, 600.0, 0.0)]
         found = posterior(rows)

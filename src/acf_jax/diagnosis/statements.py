@@ -57,10 +57,10 @@ def of_unnamed(corrected: Fit, told: Posterior) -> list[str]:
         for name in set(explanation) - set(named):
             share[name] = share.get(name, 0.0) + p
     likely = sorted((name for name, p in share.items() if p >= 1 - CREDIBLE), key=lambda name: -share[name])
-    odds = ", ".join(f"{label((name,)).lower()} {share[name]:.0%}" for name in likely)
+    odds = ", ".join(f"{label((name,)).lower()} {100 * share[name]:.0f} %" for name in likely)
     return [
-        f"the corrected model also has {label(others).lower()}, not named: too small, or these trials do not tell it"
-        f" from other laws (so probable is each beside the laws named: {odds})"
+        f"the corrected model also has {label(others).lower()}: not named, since too small, or not told from other laws"
+        f" by these trials{f'; probability beside the laws named: {odds}' if odds else ''}"
     ]
 
 

@@ -11,9 +11,9 @@ fits by chance (Scott and Berger, 'Bayes and empirical-Bayes multiplicity adjust
 Annals of Statistics 38, 2010).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
-large ones get wrong: they are background, unless data need them where those forms may be wrong. Of the others those are
-named that laws need, whatever stands beside them: a law of which the data do not tell whether it is that one or another
-leads to a wrong repair. Where much is missing and no law is named, the cause is unknown.
+large ones get wrong: they are not stated, unless data need them where those forms may be wrong. A law that matters is
+named if three quarters of the probability of laws have it: naming one of two laws that data do not tell apart leads to
+a wrong repair. Where much is missing, an explanation without a named law counts as an unknown cause.
 """
 
 import math
@@ -30,8 +30,8 @@ from acf_jax.inference.parameters import Explanation, component_of, is_free_curv
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95  # as intervals: the share of the probability, or of what laws change, that counts as all
-# share of the probability of laws from which on one is named: odds of three to one are positive evidence (Kass and
-# Raftery, 'Bayes factors', Journal of the American Statistical Association 90, 1995)
+# share of the probability of laws from which on one is named: three to one is the least that Kass and Raftery call
+# positive evidence, of a Bayes factor ('Bayes factors', Journal of the American Statistical Association 90, 1995)
 POSITIVE = 0.75
 DATA_SETS = 500  # drawn from the conditions: a probability of a half is told to 2 %
 TINY = float(np.finfo(float).tiny)  # odds of any two explanations exist
@@ -73,7 +73,8 @@ class Posterior(NamedTuple):
     def components(self) -> dict[str, float]:
         """Probability that a cause acts at each component.
 
-        Several laws count each; an unknown cause where its free curve does, whatever laws stand beside that.
+        Each law that is stated counts, no other; an unknown cause where its free curve acts, whatever laws stand beside
+        that.
         """
         total: dict[str, float] = dict.fromkeys(COMPONENTS, 0.0)
         for s in self.scored:
@@ -112,15 +113,18 @@ def posterior(marginals: Sequence[Marginal]) -> Posterior:
     log_p = log_posterior(marginals)
     p = np.exp(log_p)
     told, named = _as_stated(marginals, log_p)
+    answers = [
+        told[m.explanation] if m.discrepancy <= FORMS or not named.isdisjoint(m.explanation) else UNKNOWN
+        for m in marginals
+    ]
     beside: dict[Explanation, dict[float, float]] = {}
-    for m, value in zip(marginals, p.tolist(), strict=True):
-        is_missing = m.discrepancy > FORMS and named.isdisjoint(m.explanation)
-        sizes = beside.setdefault(UNKNOWN if is_missing else told[m.explanation], {})
+    for m, value, answer in zip(marginals, p.tolist(), answers, strict=True):
+        sizes = beside.setdefault(answer, {})
         sizes[m.discrepancy] = sizes.get(m.discrepancy, TINY) + value
     total = {e: sum(sizes.values()) for e, sizes in beside.items()}
     return Posterior(
         ranked(total),
-        _behind(marginals, log_p, told),
+        _behind(marginals, log_p, told, answers),
         {e: {size: value / total[e] for size, value in sizes.items()} for e, sizes in beside.items()},
     )
 
@@ -142,7 +146,7 @@ def _as_stated(
         for k, m in enumerate(marginals)
         if not is_free_curve(m.explanation) and (m.explanation or m.discrepancy <= FORMS)
     ]
-    named = needed([matter[marginals[k].explanation] for k in by_laws], log_p[by_laws], POSITIVE)
+    named = in_share([matter[marginals[k].explanation] for k in by_laws], log_p[by_laws], POSITIVE)
     told = {
         e: UNKNOWN if is_free_curve(e) else tuple(name for name in laws if name in named) or laws
         for e, laws in matter.items()
@@ -151,15 +155,15 @@ def _as_stated(
 
 
 def certain(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
-    """The laws that 95 % of the probability of laws needs beside forms that are as wrong as they may be."""
+    """The laws that 95 % of the probability of laws have beside forms that are as wrong as they may be."""
     beside = [
         k for k, m in enumerate(marginals) if m.discrepancy == FORMS and not is_free_curve(m.explanation)
     ]
-    return needed([marginals[k].explanation for k in beside], log_p[beside], CREDIBLE)
+    return in_share([marginals[k].explanation for k in beside], log_p[beside], CREDIBLE)
 
 
-def needed(explanations: Sequence[Explanation], log_p: np.ndarray, enough: float) -> set[str]:
-    """The laws that at least the share `enough` of the probability of some explanations has."""
+def in_share(explanations: Sequence[Explanation], log_p: np.ndarray, enough: float) -> set[str]:
+    """The laws whose explanations hold at least the share `enough` of the probability of all that are given."""
     share: dict[str, float] = {}
     for explanation, p in zip(explanations, softmax(log_p).tolist() if len(log_p) else (), strict=True):
         for name in explanation:
@@ -177,13 +181,20 @@ def minor(m: Marginal) -> set[str]:
 
 
 def _behind(
-    marginals: Sequence[Marginal], log_p: np.ndarray, told: dict[Explanation, Explanation]
+    marginals: Sequence[Marginal],
+    log_p: np.ndarray,
+    told: dict[Explanation, Explanation],
+    answers: Sequence[Explanation],
 ) -> dict[Explanation, dict[Explanation, float]]:
-    """The shares of what is stated alike, also where something else is more probable by any factor."""
+    """The shares of what is stated alike, also where something else is more probable by any factor.
+
+    What laws have as an unknown cause is no share of it: that is told by free curves.
+    """
     log_shares: dict[Explanation, dict[Explanation, float]] = {}
-    for m, value in zip(marginals, log_p.tolist(), strict=True):
-        of = log_shares.setdefault(told[m.explanation], {})
-        of[m.explanation] = float(np.logaddexp(of.get(m.explanation, -np.inf), value))
+    for m, value, answer in zip(marginals, log_p.tolist(), answers, strict=True):
+        if answer == told[m.explanation]:
+            of = log_shares.setdefault(answer, {})
+            of[m.explanation] = float(np.logaddexp(of.get(m.explanation, -np.inf), value))
     return {
         stated: dict(zip(of, np.maximum(softmax(list(of.values())), TINY).tolist(), strict=True))
         for stated, of in log_shares.items()

@@ -83,7 +83,9 @@ def stop(found: Design) -> str:
     """When the robot stops, or has to, so that what follows the first peak keeps the limit, too."""
     if found.stop is None:
         return "no stop is soon enough"
-    return stop_words(found.stop) if math.isfinite(found.stop.time) else f"not within {LONGEST:g} s"
+    return (
+        stop_words(found.stop) if math.isfinite(found.stop.time) else f"no stop within {LONGEST:g} s needed"
+    )
 
 
 def why_none(found: Infeasible) -> str:

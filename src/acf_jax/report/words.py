@@ -8,6 +8,7 @@ from acf_jax.dataset.trust import Trust
 from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER, Contribution
 from acf_jax.diagnosis.damage import statements
 from acf_jax.diagnosis.diagnose import Diagnosis
+from acf_jax.diagnosis.results import gap_model
 from acf_jax.diagnosis.strain import statement, strains
 from acf_jax.evidence.posterior import UNKNOWN, Scored
 from acf_jax.inference.parameters import Explanation, component_of, every_effect
@@ -201,11 +202,31 @@ def advice(diagnosis: Diagnosis) -> str:
     return first + "; ".join(f"{every_effect()[name].remedy} ({name_of((name,))})" for name in named) + "."
 
 
+def next_step(diagnosis: Diagnosis) -> str:
+    """What to do next where the verdict leaves something open, or nothing to correct; empty where a cause is found."""
+    d, e = diagnosis, diagnosis.next_experiment
+    if d.verdict == "insufficient_data":
+        return f"Next: {gap_model(d).missing}."
+    if d.verdict == "no_gap":
+        return "Next: nothing to correct; go on with `speed` or `check`."
+    if d.verdict != "identified" and e is not None:
+        apart = " from ".join(name_of(x) for x in e.separates)
+        return (
+            f"Next: measure {e.repeats} trials at {condition(e.v_e, e.f_p)}, and diagnose them with the others: that"
+            f" separates {apart} best."
+        )
+    if d.verdict == "unknown":
+        return f"Next: look at the {max(d.component, key=lambda c: d.component[c])} for what no effect describes."
+    return ""
+
+
 def told(diagnosis: Diagnosis) -> str:
     """What a terminal tells: whether to trust the data, the verdict, what the gap is made of, what to do about it."""
-    notes = [f"note: {line}" for line in doubts(diagnosis)]
-    lines = [trust(diagnosis).headline, *notes]
-    lines += [sentence(diagnosis), made_of(diagnosis), advice(diagnosis)]
+    said = doubts(diagnosis)
+    more = len(set(diagnosis.warnings) - set(said))
+    lines = [trust(diagnosis).headline, *(f"note: {line}" for line in said)]
+    lines += [sentence(diagnosis), made_of(diagnosis), advice(diagnosis), next_step(diagnosis)]
+    lines += [f"note: {more} more warning{'s' * (more > 1)} in the report, at its end"] if more else []
     return "\n".join(filter(None, lines))
 
 
