@@ -19,6 +19,7 @@ from acf_jax.dataset.trust import Limit
 from acf_jax.diagnosis.claims import Change, Comparison
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.document import document
+from acf_jax.diagnosis.experiment import Experiment
 from acf_jax.diagnosis.heldout import largest_reading
 from acf_jax.diagnosis.results import gap_model
 from acf_jax.evidence.posterior import Scored
@@ -34,7 +35,7 @@ from acf_jax.report.quality import _range
 from acf_jax.report.summary import consequence
 from acf_jax.report.traces import overlay
 from acf_jax.report.where import gap_map
-from acf_jax.report.words import VERDICTS, advice, headed, listed, of_removed, percent, si, verdict
+from acf_jax.report.words import VERDICTS, advice, headed, listed, next_step, of_removed, percent, si, verdict
 
 
 class Page(HTMLParser):
@@ -175,6 +176,21 @@ def test_advice_is_of_the_first_explanation_and_says_whether_others_remain(
         )
         == ""
     )
+
+
+def test_each_verdict_says_what_is_next(diagnosed: Diagnosis, peaks_only: Diagnosis) -> None:
+    trial = Experiment(0.35, 90.0, 2, (("coulomb_friction",), ("gravity",)), 0.3, 0.01)
+    open_ = replace(diagnosed, verdict="ambiguous", next_experiment=trial)
+    assert next_step(open_) == (
+        "Next: measure 2 trials at 0.35 m/s, 90 N, and diagnose them with the others: that separates dry friction from"
+        " constant force on the flange (gravity) best."
+    )
+    where = {"actuator": 0.1, "contact": 0.2, "robot": 0.7, "sensor": 0.0}
+    unknown = replace(diagnosed, verdict="unknown", component=where, next_experiment=None)
+    assert next_step(unknown) == "Next: look at the robot for what no effect describes."
+    assert next_step(replace(diagnosed, verdict="no_gap")).startswith("Next: nothing to correct")
+    assert next_step(peaks_only) == f"Next: {gap_model(peaks_only).missing}."
+    assert next_step(replace(diagnosed, verdict="identified")) == ""
 
 
 def test_intervals_of_parameters_are_those_of_the_stated_deviations(diagnosed: Diagnosis) -> None:

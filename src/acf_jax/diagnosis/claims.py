@@ -83,8 +83,8 @@ def compare(recalibrated: GapFigures, corrected: GapFigures, of_trials: GapFigur
 def highest_probability(comparison: Comparison, floor: float | None, is_missing: bool) -> float:
     """How probable laws may be called at most, by what held-out conditions say of them.
 
-    Where a cause `is_missing` beside them, they are as probable as the share is that they explain of the gap's mean
-    square there. Even odds where that is not known, or where their force error is not less. `floor`: N RMS.
+    Where a cause `is_missing` beside them, they are at most as probable as the share is that they explain of the gap's
+    mean square there. Even odds where that is not known, or where their force error is not less. `floor`: N RMS.
     """
     if is_missing and comparison.force and floor is not None and comparison.force.before > floor:
         return max(1 - _left(*comparison.force, floor), 0.0)

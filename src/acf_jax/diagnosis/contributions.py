@@ -53,7 +53,7 @@ def contributions(
 
     **Arguments:** `fits`: the recalibrated model first. `held`: predictions of held-out conditions by `recalibrated`
     and `corrected`. `left_elsewhere`: draws of what the second leaves of the gap of the first, in mean squares; None
-    where there is none. `scored`: what small effects of the corrected model explain, which the first explanation does
+    where there is none. `scored`: what effects of the corrected model explain, which the first explanation does
     not name, is shared by those that it names; an effect's interval begins at zero as far as explanations without it
     are probable. `component`: where an unknown cause acts, told by the free curves. `effects`: those that may act on
     this rig.

@@ -69,7 +69,7 @@ def explain(
 
 
 def _improve(weighed: "_Weighed", effects: Sequence[str], leaders: Callable[[], Sequence[Marginal]]) -> None:
-    """Proposals from leaders, until these are no new ones."""
+    """Proposals from leaders, until there are no new ones, `ROUNDS` times at most."""
     asked: set[tuple[Explanation, float]] = set()
     for _ in range(ROUNDS):
         new = [m for m in leaders() if (m.explanation, m.discrepancy) not in asked]

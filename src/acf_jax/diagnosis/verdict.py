@@ -8,9 +8,8 @@ from acf_jax.gap_model import Lack
 from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import Explanation
 
-TOO_MANY = (
-    6  # explanations in the credible set that lack a law of the first one: these trials have not answered
-)
+# explanations of the credible set, the first and those that lack a law of it: these trials have not answered
+TOO_MANY = 6
 
 
 def judge(

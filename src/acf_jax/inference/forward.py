@@ -158,7 +158,7 @@ def _making(*key: Hashable) -> threading.Lock:
 
 
 def _program(*key: Any) -> Callable[..., tuple[Array, Array]]:
-    """That of `_made`, made once."""
+    """The program of `_made`, which one thread makes if several ask for it at once."""
     with _making(*key):
         return _made(*key)
 
@@ -262,8 +262,8 @@ def forward_plain(
 ) -> Forces:
     """Forces of trials with parameters of their own, theta (trials, p); other arguments as of `forward`.
 
-    One program does for every explanation: it has all laws, most of them without strength. A free curve alone is not
-    worth one beside that with tangents.
+    One program does for all laws, most of them without strength, and one for each free curve beside laws. A free curve
+    alone runs in its program with tangents, which are left out.
 
     **Returns:** `Forces` without tangents.
     """

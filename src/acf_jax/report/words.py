@@ -9,6 +9,7 @@ from acf_jax.diagnosis.contributions import BACKGROUND, SCATTER, Contribution
 from acf_jax.diagnosis.damage import statements
 from acf_jax.diagnosis.diagnose import Diagnosis
 from acf_jax.diagnosis.results import gap_model
+from acf_jax.diagnosis.statements import of_discrepancy
 from acf_jax.diagnosis.strain import statement, strains
 from acf_jax.evidence.posterior import UNKNOWN, Scored
 from acf_jax.inference.parameters import Explanation, component_of, every_effect
@@ -222,11 +223,9 @@ def next_step(diagnosis: Diagnosis) -> str:
 
 def told(diagnosis: Diagnosis) -> str:
     """What a terminal tells: whether to trust the data, the verdict, what the gap is made of, what to do about it."""
-    said = doubts(diagnosis)
-    more = len(set(diagnosis.warnings) - set(said))
-    lines = [trust(diagnosis).headline, *(f"note: {line}" for line in said)]
+    notes = [f"note: {line}" for line in (*doubts(diagnosis), *of_discrepancy(diagnosis.told))]
+    lines = [trust(diagnosis).headline, *notes]
     lines += [sentence(diagnosis), made_of(diagnosis), advice(diagnosis), next_step(diagnosis)]
-    lines += [f"note: {more} more warning{'s' * (more > 1)} in the report, at its end"] if more else []
     return "\n".join(filter(None, lines))
 
 

@@ -184,7 +184,7 @@ def _sense(
     h: Scalar,
     memories: tuple[Array, ...],
 ) -> tuple[tuple[Scalar, ...], tuple[Array, ...]]:
-    """Signals of `Moving`, from the same one step earlier; no sensor stages without memories."""
+    """Signals of `Moving`, from the same one step earlier; without memories nobody asks for the sensors."""
     after, kept = list(forces), []
     for e, last, memory in zip(sensors, before[len(forces) - 1 :], memories, strict=False):
         memory, reading = e.sense((last, after[-1]), h, memory)
