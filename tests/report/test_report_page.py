@@ -319,7 +319,7 @@ def test_the_report_allows_no_speed(diagnosed: Diagnosis) -> None:
     look = SimpleNamespace(curves=(SimpleNamespace(f_p=80.0, v_e=np.array([1.0, 2.0]), by_model=models),))
     said = consequence(diagnosed, look)
     assert (
-        "reaches 124 N at 1.2 m/s already. That has no margin: ask `speed`" in said
+        "reaches 124 N at 1.2 m/s already. That has no margin: the command speed tells" in said
         and "at no more than" not in said
     )
     models["corrected"] = peaks(90.0, 100.0)

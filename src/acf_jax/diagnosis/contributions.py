@@ -22,6 +22,7 @@ from acf_jax.inference.observations import Observations
 from acf_jax.inference.parameters import RIG, Explanation, component_of, is_free_curve, places, rests
 
 BACKGROUND, SCATTER = "background", "scatter"
+ENOUGH = 1e-3  # share of the objective that an iteration has to gain: shares of the gap need no more digits
 RESAMPLES = 1000  # of the bootstrap: the ends of an interval are known to a few hundredths of its width
 
 
@@ -151,7 +152,7 @@ def _without_others(o: Observations, corrected: Fit, effects: Explanation) -> Fi
     """A fit of some of a fit's effects, from its parameters and from its rig's prior."""
     kept = corrected.physical[places(effects, corrected.explanation)]
     begins = kept, np.concatenate([o.prior.values, kept[len(RIG) :]])
-    again = partial(fit, o, effects, program=corrected.program)
+    again = partial(fit, o, effects, tolerance=ENOUGH, program=corrected.program)
     return best(again(np.append(begin, corrected.common), corrected.nuisance) for begin in begins)
 
 

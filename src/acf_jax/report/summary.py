@@ -79,8 +79,8 @@ def _speed(curves: Curves, limit: float) -> str:
         return ""
     v = float(np.interp(limit, np.maximum.accumulate(force), curves.v_e))
     return (
-        f" It reaches {limit:.0f} N at {v:.2g} m/s already. That has no margin: ask `speed` for the velocity that keeps"
-        " a limit with a stated probability."
+        f" It reaches {limit:.0f} N at {v:.2g} m/s already. That has no margin: the command speed tells the velocity"
+        " that keeps a limit with a stated probability."
     )
 
 
