@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from acf_jax.dataset import LowPass, Noise
-from acf_jax.diagnosis.statements import of_scatter, of_unnamed
+from acf_jax.diagnosis.statements import of_minor, of_scatter
 from acf_jax.evidence.posterior import UNKNOWN, Posterior, Scored
 from acf_jax.inference.parameters import Explanation
 from acf_jax.inference.ring import Ring
@@ -38,7 +38,7 @@ def test_nothing_is_said_of_repeats_that_agree() -> None:
     assert not of_scatter(0.0, replace(repeated(0.0), noise=Noise(QUIET)))  # as exact as a simulation is
 
 
-def test_laws_that_are_not_named_are_said_with_what_may_stand_in_their_place() -> None:
+def test_small_laws_are_said_with_what_may_stand_in_their_place() -> None:
     """Nothing is said where the cause is unknown."""
     of = {
         ("contact_damping", "fixture_mass"): 0.6,
@@ -50,7 +50,7 @@ def test_laws_that_are_not_named_are_said_with_what_may_stand_in_their_place() -
     def told(first: Explanation) -> Posterior:
         return Posterior((Scored(first, 0.9),), {first: of}, {first: {0.0: 1.0}})
 
-    assert not of_unnamed(corrected, told(UNKNOWN))
-    (said,) = of_unnamed(corrected, told(("fixture_mass",)))
-    assert "also has contact damping: not named" in said
+    assert not of_minor(corrected, told(UNKNOWN))
+    (said,) = of_minor(corrected, told(("fixture_mass",)))
+    assert "also has contact damping: too small" in said
     assert said.endswith("contact damping 60 %, constant force on the flange (gravity) 38 %")

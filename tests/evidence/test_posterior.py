@@ -158,38 +158,7 @@ def test_an_explanation_is_stated_by_the_laws_that_matter() -> None:
     assert sum(found.behind[GRAVITY].values()) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
-    ("lead", "stated"),
-    [
-        (1.0, ("gravity",)),  # odds of 2.7: it may be either
-        (1.2, ("gravity", "sensor_lag")),  # 3.3
-    ],
-)
-def test_a_law_is_named_where_three_quarters_of_the_probability_has_it(
-    lead: float, stated: Explanation
-) -> None:
-    """Of two laws that may stand beside gravity, the larger they are, neither is named before it is likely."""
-    rows: dict[Explanation, tuple[float, tuple[float, ...]]] = {
-        ("gravity", "sensor_lag"): (50.0 + lead, (20.0, 20.0)),
-        ("gravity", "sensor_scale"): (50.0, (20.0, 20.0)),
-        ("coulomb_friction",): (40.0, ()),
-        ("unknown_robot",): (55.0, ()),  # says nothing of laws
-    }
-    laws = [s for s in posterior(_with_changes(rows)).scored if s.explanation != UNKNOWN]
-    assert laws[0].explanation == stated
-    assert sum(s.probability for s in laws) < 0.99
-
-
-def test_where_no_law_is_likely_each_explanation_is_stated_as_it_is() -> None:
-    rows: dict[Explanation, tuple[float, tuple[float, ...]]] = {
-        GRAVITY: (0.0, ()),
-        FRICTION: (0.1, ()),
-        ("sensor_lag",): (0.2, ()),
-    }
-    assert {s.explanation for s in posterior(_with_changes(rows)).scored} == set(rows)
-
-
-def test_beside_a_missing_cause_laws_are_stated_only_where_they_are_named() -> None:
+def test_beside_a_missing_cause_an_explanation_without_a_likely_law_is_unknown() -> None:
     """Where much is missing each law may stand in for what misses: unless one is likely, the cause is unknown."""
 
     def first(lead: float) -> Explanation:

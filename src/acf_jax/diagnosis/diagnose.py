@@ -231,7 +231,7 @@ def diagnose(
             *filter(None, [_doubt(first.explanation, corrected, observations)]),
             *filter(None, [motion.statement(observations, recalibrated)]),
             *statements.of_discrepancy(told),
-            *statements.of_unnamed(corrected, told),
+            *statements.of_minor(corrected, told),
             *statements.of_model(comparison, form["corrected"]),
             *(statements.of_denial(first.explanation) if is_denied else ()),
             *statements.of_bounds(corrected),

@@ -46,8 +46,8 @@ def of_discrepancy(told: Posterior) -> list[str]:
     ]
 
 
-def of_unnamed(corrected: Fit, told: Posterior) -> list[str]:
-    """Which laws the corrected model has beside those that are named, and which others may be there in their place."""
+def of_minor(corrected: Fit, told: Posterior) -> list[str]:
+    """Which laws of the corrected model are too small to be named, and which others may be there in their place."""
     named = told.scored[0].explanation
     others = tuple(name for name in corrected.explanation if name not in named)
     if not others or named == UNKNOWN or is_free_curve(corrected.explanation):
@@ -59,8 +59,8 @@ def of_unnamed(corrected: Fit, told: Posterior) -> list[str]:
     likely = sorted((name for name, p in share.items() if p >= 1 - CREDIBLE), key=lambda name: -share[name])
     odds = ", ".join(f"{label((name,)).lower()} {100 * share[name]:.0f} %" for name in likely)
     return [
-        f"the corrected model also has {label(others).lower()}: not named, since too small, or not told from other laws"
-        f" by these trials{f'; probability beside the laws named: {odds}' if odds else ''}"
+        f"the corrected model also has {label(others).lower()}: too small to be told from other laws, so not"
+        f" named{f'; probability beside the laws named: {odds}' if odds else ''}"
     ]
 
 

@@ -11,9 +11,8 @@ fits by chance (Scott and Berger, 'Bayes and empirical-Bayes multiplicity adjust
 Annals of Statistics 38, 2010).
 
 An explanation is stated by the laws that matter. Small ones stand in for one another, and for what the forms of the
-large ones get wrong: they are not stated, unless data need them where those forms may be wrong. A law that matters is
-named if three quarters of the probability of laws have it: naming one of two laws that data do not tell apart leads to
-a wrong repair. Where much is missing, an explanation without a named law counts as an unknown cause.
+large ones get wrong: they are background, unless data need them where those forms may be wrong. Where much is missing,
+each law may stand in for what misses: an explanation without a likely one counts as an unknown cause.
 """
 
 import math
@@ -30,7 +29,7 @@ from acf_jax.inference.parameters import Explanation, component_of, is_free_curv
 
 UNKNOWN: Explanation = ("unknown",)
 CREDIBLE = 0.95  # as intervals: the share of the probability, or of what laws change, that counts as all
-# share of the probability of laws from which on one is named: three to one is the least that Kass and Raftery call
+# share of the probability of laws from which on one is likely: three to one is the least that Kass and Raftery call
 # positive evidence, of a Bayes factor ('Bayes factors', Journal of the American Statistical Association 90, 1995)
 POSITIVE = 0.75
 DATA_SETS = 500  # drawn from the conditions: a probability of a half is told to 2 %
@@ -112,9 +111,10 @@ def posterior(marginals: Sequence[Marginal]) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals)
     p = np.exp(log_p)
-    told, named = _as_stated(marginals, log_p)
+    sure, likely = certain(marginals, log_p), likely_laws(marginals, log_p)
+    told = {m.explanation: _as_stated(m, sure) for m in marginals}
     answers = [
-        told[m.explanation] if m.discrepancy <= FORMS or not named.isdisjoint(m.explanation) else UNKNOWN
+        told[m.explanation] if m.discrepancy <= FORMS or not likely.isdisjoint(m.explanation) else UNKNOWN
         for m in marginals
     ]
     beside: dict[Explanation, dict[float, float]] = {}
@@ -129,29 +129,12 @@ def posterior(marginals: Sequence[Marginal]) -> Posterior:
     )
 
 
-def _as_stated(
-    marginals: Sequence[Marginal], log_p: np.ndarray
-) -> tuple[dict[Explanation, Explanation], set[str]]:
-    """How each explanation is stated, and the laws that are named.
-
-    Each is stated by those of its laws that are named, or where none is, by all that matter. A free curve, alone or
-    beside laws, is stated as an unknown cause.
-    """
-    sure = certain(marginals, log_p)
-    matter = {
-        m.explanation: tuple(name for name in m.explanation if name not in minor(m) - sure) for m in marginals
-    }
-    by_laws = [
-        k
-        for k, m in enumerate(marginals)
-        if not is_free_curve(m.explanation) and (m.explanation or m.discrepancy <= FORMS)
-    ]
-    named = in_share([matter[marginals[k].explanation] for k in by_laws], log_p[by_laws], POSITIVE)
-    told = {
-        e: UNKNOWN if is_free_curve(e) else tuple(name for name in laws if name in named) or laws
-        for e, laws in matter.items()
-    }
-    return told, named
+def _as_stated(m: Marginal, sure: set[str]) -> Explanation:
+    """How an explanation is stated: a free curve, alone or beside laws, as an unknown cause."""
+    if is_free_curve(m.explanation):
+        return UNKNOWN
+    small = minor(m) - sure
+    return tuple(name for name in m.explanation if name not in small)
 
 
 def certain(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
@@ -160,6 +143,12 @@ def certain(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
         k for k, m in enumerate(marginals) if m.discrepancy == FORMS and not is_free_curve(m.explanation)
     ]
     return in_share([marginals[k].explanation for k in beside], log_p[beside], CREDIBLE)
+
+
+def likely_laws(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
+    """The laws that three quarters of the probability of no law and of laws have."""
+    by_laws = [k for k, m in enumerate(marginals) if not is_free_curve(m.explanation)]
+    return in_share([marginals[k].explanation for k in by_laws], log_p[by_laws], POSITIVE)
 
 
 def in_share(explanations: Sequence[Explanation], log_p: np.ndarray, enough: float) -> set[str]:
