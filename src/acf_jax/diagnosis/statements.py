@@ -2,7 +2,7 @@
 
 from acf_jax.diagnosis.claims import Comparison
 from acf_jax.diagnosis.heldout import FORM_UNKNOWN
-from acf_jax.evidence.posterior import CREDIBLE, UNKNOWN, Posterior
+from acf_jax.evidence.posterior import CREDIBLE, UNKNOWN, Posterior, of_laws
 from acf_jax.gap_model import FORM_MOST
 from acf_jax.inference.discrepancy import FASTEST, FORMS
 from acf_jax.inference.fit import Fit
@@ -52,10 +52,8 @@ def of_minor(corrected: Fit, told: Posterior) -> list[str]:
     others = tuple(name for name in corrected.explanation if name not in named)
     if not others or named == UNKNOWN or is_free_curve(corrected.explanation):
         return []
-    share: dict[str, float] = {}
-    for explanation, p in told.behind[named].items():
-        for name in set(explanation) - set(named):
-            share[name] = share.get(name, 0.0) + p
+    behind = told.behind[named]
+    share = of_laws(({*explanation} - {*named} for explanation in behind), behind.values())
     likely = sorted((name for name, p in share.items() if p >= 1 - CREDIBLE), key=lambda name: -share[name])
     odds = ", ".join(f"{label((name,)).lower()} {100 * share[name]:.0f} %" for name in likely)
     return [

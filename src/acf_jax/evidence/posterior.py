@@ -16,7 +16,7 @@ each law may stand in for what misses: an explanation without a likely one count
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -111,7 +111,8 @@ def posterior(marginals: Sequence[Marginal]) -> Posterior:
     """The probability of every explanation, whatever the discrepancy."""
     log_p = log_posterior(marginals)
     p = np.exp(log_p)
-    sure, likely = certain(marginals, log_p), likely_laws(marginals, log_p)
+    # small laws that data need where forms may be wrong, and what is likely whatever the forms are
+    sure, likely = laws_in(CREDIBLE, marginals, log_p, FORMS), laws_in(POSITIVE, marginals, log_p)
     told = {m.explanation: _as_stated(m, sure) for m in marginals}
     answers = [
         told[m.explanation] if m.discrepancy <= FORMS or not likely.isdisjoint(m.explanation) else UNKNOWN
@@ -137,27 +138,28 @@ def _as_stated(m: Marginal, sure: set[str]) -> Explanation:
     return tuple(name for name in m.explanation if name not in small)
 
 
-def certain(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
-    """The laws that 95 % of the probability of laws have beside forms that are as wrong as they may be."""
-    beside = [
-        k for k, m in enumerate(marginals) if m.discrepancy == FORMS and not is_free_curve(m.explanation)
+def laws_in(
+    enough: float, marginals: Sequence[Marginal], log_p: np.ndarray, size: float | None = None
+) -> set[str]:
+    """The laws that at least a share of the probability of no law and of laws has, beside one `size` or all."""
+    by_laws = [
+        k
+        for k, m in enumerate(marginals)
+        if not is_free_curve(m.explanation) and size in (None, m.discrepancy)
     ]
-    return in_share([marginals[k].explanation for k in beside], log_p[beside], CREDIBLE)
+    if not by_laws:
+        return set()
+    shares = of_laws([marginals[k].explanation for k in by_laws], softmax(log_p[by_laws]).tolist())
+    return {name for name, share in shares.items() if share >= enough}
 
 
-def likely_laws(marginals: Sequence[Marginal], log_p: np.ndarray) -> set[str]:
-    """The laws that three quarters of the probability of no law and of laws have."""
-    by_laws = [k for k, m in enumerate(marginals) if not is_free_curve(m.explanation)]
-    return in_share([marginals[k].explanation for k in by_laws], log_p[by_laws], POSITIVE)
-
-
-def in_share(explanations: Sequence[Explanation], log_p: np.ndarray, enough: float) -> set[str]:
-    """The laws whose explanations hold at least the share `enough` of the probability of all that are given."""
-    share: dict[str, float] = {}
-    for explanation, p in zip(explanations, softmax(log_p).tolist() if len(log_p) else (), strict=True):
+def of_laws(explanations: Iterable[Iterable[str]], probability: Iterable[float]) -> dict[str, float]:
+    """Of each law the probability of the explanations that have it."""
+    total: dict[str, float] = {}
+    for explanation, p in zip(explanations, probability, strict=True):
         for name in explanation:
-            share[name] = share.get(name, 0.0) + p
-    return {name for name, p in share.items() if p >= enough}
+            total[name] = total.get(name, 0.0) + p
+    return total
 
 
 def minor(m: Marginal) -> set[str]:

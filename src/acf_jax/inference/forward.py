@@ -157,15 +157,18 @@ def _making(*key: Hashable) -> threading.Lock:
     return threading.Lock()
 
 
-def _program(*key: Any) -> Callable[..., tuple[Array, Array]]:
+def _program(
+    explanation: Explanation, is_moved: bool, has_tool: bool, block: int, is_plain: bool = False
+) -> Callable[..., tuple[Array, Array]]:
     """The program of `_made`, which one thread makes if several ask for it at once."""
+    key = explanation, is_moved, has_tool, block, is_plain
     with _making(*key):
         return _made(*key)
 
 
 @functools.lru_cache(PROGRAMS)
 def _made(
-    explanation: Explanation, is_moved: bool, has_tool: bool, block: int, is_plain: bool = False
+    explanation: Explanation, is_moved: bool, has_tool: bool, block: int, is_plain: bool
 ) -> Callable[..., tuple[Array, Array]]:
     """Of so many impacts as a `block` has; `is_moved`: whose robots move as measured; `has_tool`: before the sensor.
 
