@@ -106,6 +106,18 @@ def test_a_new_effect_is_one_new_file(example):
         check(kind)
 
 
+def test_a_reading_away_from_the_sensor_is_refused(example):
+    """The simulator would not ask for it."""
+    rules = {check.__name__: check for check in RULES}
+
+    class Reads(library()[example]):
+        def sense(self, f, h, memory):
+            return memory, 2 * f[1]
+
+    with pytest.raises(AssertionError):
+        rules["it_acts_where_it_says"](Reads)
+
+
 def test_the_rules_can_fail(example):
     """A bad effect is caught: one that is not neutral, adds energy and hides its source."""
 
